@@ -18,7 +18,6 @@ from pendulum_sysid.finding.propose import propose
 from pendulum_sysid.finding.pruning import leave_out
 from pendulum_sysid.finding.replication import Replication, replicate_effects
 from pendulum_sysid.finding.separation import Tie
-from pendulum_sysid.finding.stand_ins import list_stand_ins
 from pendulum_sysid.finding.weights import WeighedSet, weigh_effect
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.parameters import Scales
@@ -149,34 +148,14 @@ def add_replications(
     cancelled = list_cancelled(search.case, best) if above else frozenset()
     return tuple(
         replace(
-            weigh_name(search.case, best, sets, effect),
+            effect,
             replication=replications.get(effect.effect),
             steadiness=steadiness.get(effect.effect),
+            weight=weigh_effect(sets, effect.effect, effect.inseparable_from),
             is_cancelled=effect.effect in cancelled,
         )
         for effect in named
     )
-
-
-def weigh_name(case: Case, best: Fit, sets: Sequence[WeighedSet], effect: Named) -> Named:
-    """Return a name with how much the effect, or what it cannot be told from, is believed.
-
-    Where too little, effects that stand in its place in other sets count with it.
-    """
-    ties = effect.inseparable_from
-    weight = weigh_effect(sets, effect.effect, ties)
-    if weight < decisions.NAME_LEAST_WEIGHT and BY_NAME[effect.effect].parameters:
-        own = {effect.effect, *ties}
-        stand_ins = [
-            stand_in
-            for stand_in in list_stand_ins(case, best, sets, effect.effect)
-            if not own & set(stand_in.within.effects)
-        ]
-        others = {stand_in.within.effects: stand_in.within.weight for stand_in in stand_ins}
-        if weight + sum(others.values()) >= decisions.NAME_LEAST_WEIGHT:
-            ties = tuple(dict.fromkeys((*ties, *(stand_in.effect for stand_in in stand_ins))))
-            weight += sum(others.values())
-    return replace(effect, weight=weight, inseparable_from=ties)
 
 
 def doubt_intervals(best: Fit, named: Iterable[Named], scales: Scales) -> tuple[Named, ...]:

@@ -8,14 +8,13 @@ which its cross-validated errors are the lowest.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.judge import average_over_blocks, compute_log_errors, count_parameters
 from pendulum_sysid.records import Fit
-from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 
 
@@ -25,12 +24,10 @@ class WeighedSet:
 
     effects: names.
     weight: 0 to 1; all sets that were tried have 1 together.
-    theta: (SIZE,) parameter vector of the best fit of the set; None where the fit is not kept.
     """
 
     effects: tuple[str, ...]
     weight: float
-    theta: Floats | None = field(default=None, compare=False)
 
 
 def weigh_sets(fits: Iterable[Fit], best: Fit, seed: int = 0) -> tuple[WeighedSet, ...]:
@@ -60,10 +57,7 @@ def weigh_sets(fits: Iterable[Fit], best: Fit, seed: int = 0) -> tuple[WeighedSe
     wins = np.bincount(np.argmin(losses @ draws.T, axis=0), minlength=len(candidates))
     order = np.argsort(-wins, kind="stable")
     return tuple(
-        WeighedSet(
-            candidates[k].effects, float(wins[k]) / decisions.SET_DRAWS, candidates[k].theta
-        )
-        for k in order
+        WeighedSet(candidates[k].effects, float(wins[k]) / decisions.SET_DRAWS) for k in order
     )
 
 
