@@ -51,7 +51,12 @@ from pendulum_sysid.planning.next_experiment import plan_next_experiment
 from pendulum_sysid.prepare import Prepared, prepare
 from pendulum_sysid.records import Fit, Outcome, Recording, Split
 from pendulum_sysid.telling.drawings import collect_drawings, draw_overlays
-from pendulum_sysid.telling.outcome import Findings, decide_outcome, is_above_noise
+from pendulum_sysid.telling.outcome import (
+    Findings,
+    decide_outcome,
+    is_above_noise,
+    is_motion_effect,
+)
 from pendulum_sysid.telling.verdict import make_unusable, make_verdict
 from pendulum_sysid.verdict.record import Verdict
 from pendulum_twin.effects import BY_NAME as EFFECTS
@@ -167,7 +172,8 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     case = findings.case
     progress(Stage.LAWS)
     starts = (findings.base, findings.best) if unnamed else (findings.best,)
-    measured = measure_best_laws(case, split, starts, progress)
+    has_names = any(is_motion_effect(effect.effect) for effect in findings.named)
+    measured = measure_best_laws(case, split, starts, has_names, progress)
     if measured is None:
         return findings
     fit, laws = measured.named

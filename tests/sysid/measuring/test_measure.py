@@ -362,16 +362,22 @@ def test_a_level_of_dry_friction_is_a_name_where_the_level_hardly_varies(level_n
 
 
 @pytest.mark.parametrize(
-    ("simple", "rich", "better"),
-    [(3.0, 3.0, False), (3.0, 3.01, False), (3.0, 4.0, True), (4.0, 3.0, False)],
-    ids=["alike", "by chance", "surely", "worse"],
+    ("simple", "rich", "has_names", "better"),
+    [
+        (3.0, 3.0, True, False),
+        (3.0, 3.01, True, False),
+        (3.0, 3.01, False, True),
+        (3.0, 4.0, True, True),
+        (4.0, 3.0, True, False),
+    ],
+    ids=["alike", "by chance", "by chance, no names", "surely", "worse"],
 )
-def test_names_stay_beside_laws_where_the_laws_alone_err_alike(simple, rich, better):
+def test_names_stay_beside_laws_where_the_laws_alone_err_alike(simple, rich, has_names, better):
     def make_measured(misfit):
         fit = SimpleNamespace(choose=misfit)
         return SimpleNamespace(is_at_noise=False, law_fit=SimpleNamespace(fit=fit))
 
-    assert is_better(make_measured(simple), make_measured(rich)) is better
+    assert is_better(make_measured(simple), make_measured(rich), has_names) is better
 
 
 def test_a_law_that_the_given_twin_has_is_not_tried_anew():

@@ -60,19 +60,20 @@ class Measured:
 
 
 def measure_best_laws(
-    case: Case, split: Split, starts: Sequence[Fit], report: Progress
+    case: Case, split: Split, starts: Sequence[Fit], has_names: bool, report: Progress
 ) -> Measured | None:
     """Return the fit with measured laws from the best start; None where no law helps for sure.
 
     At the noise the best has the fewest laws; above the noise, the smaller misfit on windows left
-    out. Where both err alike the names stay: the twin may need them beside the laws, and is asked
-    (`names_beside_laws`).
+    out. Where both err alike names stay: the twin may need them beside the laws, and is asked
+    (`names_beside_laws`). Effects that are no names do not.
 
     Runs take long steps while laws are tried; the laws that are kept are fitted with the twin's
     own steps.
 
     starts: fits without laws, the simplest first. A start whose first law explains less than the
         effects of the last start is given up.
+    has_names: whether effects of the last start are names.
     """
     best: Measured | None = None
     tried = replace(case, step_s=decisions.SEARCH_STEP_S)
@@ -84,7 +85,7 @@ def measure_best_laws(
         measured = measure_laws(tried, split, begun, report, named.choose)
         if measured is None:
             continue
-        if best is None or not is_better(best, measured):
+        if best is None or not is_better(best, measured, has_names):
             best = measured
         if best.is_at_noise and len(best.law_fit.curves) == 1:
             break
@@ -95,17 +96,20 @@ def measure_best_laws(
     return Measured(case, split, replace(fine, lead=coarse.lead))
 
 
-def is_better(simple: Measured, rich: Measured) -> bool:
+def is_better(simple: Measured, rich: Measured, has_names: bool) -> bool:
     """Return whether the fit with fewer effects is the better of two with laws.
 
     Above the noise fits err alike where their misfits differ by less than a lead has to be.
+
+    has_names: whether effects of the rich fit are names.
     """
     if simple.is_at_noise and rich.is_at_noise:
         return len(simple.law_fit.curves) <= len(rich.law_fit.curves)
     if simple.is_at_noise != rich.is_at_noise:
         return simple.is_at_noise
     misfit = simple.law_fit.fit.choose
-    return rich.law_fit.fit.choose >= compute_least_ratio(misfit) * misfit
+    least = compute_least_ratio(misfit) if has_names else 1.0
+    return rich.law_fit.fit.choose >= least * misfit
 
 
 def measure_laws(

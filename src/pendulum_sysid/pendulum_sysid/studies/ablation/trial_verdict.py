@@ -109,6 +109,6 @@ def _key_plan(case: Case, split: Split, best: Fit, ties: Any) -> tuple[Hashable,
 
 
 def _key_laws(
-    case: Case, split: Split, starts: tuple[Fit, ...], progress: Any
+    case: Case, split: Split, starts: tuple[Fit, ...], has_names: bool, progress: Any
 ) -> tuple[Hashable, ...]:
-    return _key_all(case, split, *starts)
+    return (*_key_all(case, split, *starts), has_names)
