@@ -217,8 +217,8 @@ def ask_names_again(
     doubtful, _ = part_sure_names(alone, whole, case.scales)
     bent = list_bent(measured, [effect.effect for effect in findings.named])
     sure, doubted = part_sure_names(fit, findings.named, case.scales, bent)
-    asked = [effect.effect for effect in (*sure, *doubtful)]
-    lesser, sized = list_lesser_parts(measured, asked), list_sized(measured, asked)
+    names = [effect.effect for effect in (*sure, *doubtful)]
+    lesser, sized = list_lesser_parts(measured, names), list_sized(measured, names)
     needed = list_needed(measured, sized)
     steady = measure_steadiness(case, split, fit)
     sure, doubtful = (

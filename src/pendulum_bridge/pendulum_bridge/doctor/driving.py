@@ -25,7 +25,7 @@ SILENT, BRAKED = (
     f"the rig sent nothing for {LONGEST_SILENCE_S:g} s",
     "the rail guard had to brake the cart",
 )
-GUARDED = {Reason.RAIL_BRAKING, Reason.RAIL_NOT_HELD}
+GUARDED = {Reason.RAIL_BRAKING, Reason.RAIL_NOT_HELD, Reason.CART_DOUBTED}
 JUMPED, STOOD, HUNG = (
     "a position jumped further than the rig can move",
     "the cart's position did not change at all",

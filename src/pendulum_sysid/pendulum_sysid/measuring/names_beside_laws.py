@@ -74,10 +74,10 @@ def list_lesser_parts(measured: Measured, names: Sequence[str]) -> list[str]:
     law_fit, lesser = measured.law_fit, []
     for name in (name for name in names if BY_NAME[name].law_parts):
         kind = BY_NAME[name].law_kind
-        held = [curve for curve in law_fit.curves if curve.kind.name == kind]
+        alike = [curve for curve in law_fit.curves if curve.kind.name == kind]
         beside = (
-            (held[0], law_fit.fit.theta)
-            if held
+            (alike[0], law_fit.fit.theta)
+            if alike
             else add_by_one_step(measured.case, measured.split, law_fit, kind)
         )
         if beside is not None and _is_lesser_part(*beside, name):
@@ -94,10 +94,9 @@ def _is_lesser_part(curve: Curve, theta: Floats, name: str) -> bool:
 def list_bent(measured: Measured, names: Sequence[str]) -> list[str]:
     """Return the effects among names whose shape a measured law bends.
 
-    A law of an effect's kind holds every shape of the effect, and a law of dry friction varies the
-    level that a friction has everywhere. What the law adds is what the shape of the effect is off.
-    That is next to nothing where the law's force has SHAPE_TOLERANCE of the power of the effect's
-    force.
+    A law of an effect's kind holds every shape of the effect: what the law adds is what the shape
+    is off, and its force may have SHAPE_TOLERANCE of the power of the effect's force. A law of dry
+    friction varies the level that a friction has everywhere, by up to STEADY_SHARE of the level.
     """
     theta, bent = measured.law_fit.fit.theta, []
     beside = [
@@ -113,7 +112,9 @@ def list_bent(measured: Measured, names: Sequence[str]) -> list[str]:
         straight = theta.copy()
         curve.put(straight, np.zeros(len(curve.knots)))
         own, added = forces.compute(theta, [name])[0], forces.compute_share(theta, straight)
-        if added @ added > decisions.SHAPE_TOLERANCE * own @ own:
+        of_kind = is_of_kind(curve, name)
+        allowed = decisions.SHAPE_TOLERANCE if of_kind else decisions.STEADY_SHARE**2
+        if added @ added > allowed * own @ own:
             bent.append(name)
     return bent
 
