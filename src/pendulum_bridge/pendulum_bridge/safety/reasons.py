@@ -72,7 +72,8 @@ class Reason(Enum):
     CART_DOUBTED = (
         Level.WARN,
         "The cart has moved against its pushes: PWM is 0 near the end of the rail, until pushes "
-        "both ways have shown which way a positive command moves the cart.",
+        "both ways have shown which way a positive command moves the cart. Move it to the middle "
+        "by hand, and check the cart's encoder and the wires of the drive.",
     )
     CART_MIRRORED = (
         Level.WARN,
