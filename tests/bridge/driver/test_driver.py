@@ -10,12 +10,8 @@ from dataclasses import dataclass, field
 import pytest
 
 from pendulum_bridge.driver import driver as module
-from pendulum_bridge.driver.driver import (
-    DECISIONS_BETWEEN,
-    LAST_WORDS,
-    MOST_UNPUBLISHED,
-    Driver,
-)
+from pendulum_bridge.driver.driver import DECISIONS_BETWEEN, LAST_WORDS, Driver
+from pendulum_bridge.driver.waiting_samples import MOST_UNPUBLISHED
 from pendulum_bridge.safety.limits import Limits
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_bridge.safety.rig_state import RigState

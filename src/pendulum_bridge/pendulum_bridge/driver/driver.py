@@ -13,7 +13,6 @@ threw a hanging pole.
 from __future__ import annotations
 
 import time
-from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
@@ -24,6 +23,7 @@ from pendulum_bridge.driver.arrival_clock import MOST_LOST, ArrivalClock
 from pendulum_bridge.driver.health import Report, make_health, pick_worse
 from pendulum_bridge.driver.last_word import LastWord
 from pendulum_bridge.driver.latency import Latency
+from pendulum_bridge.driver.waiting_samples import WaitingSamples
 from pendulum_bridge.safety import events
 from pendulum_bridge.safety.decide import decide
 from pendulum_bridge.safety.reasons import Reason
@@ -38,8 +38,6 @@ from pendulum_twin.health import Health
 WAIT_S = 0.02
 # decisions on commands between two samples; the last of more commands waits for the sample
 DECISIONS_BETWEEN = 5
-# samples that wait to be published at most; a driver that stays behind drops the oldest
-MOST_UNPUBLISHED = 1000
 LAST_WORDS = 5  # packets with PWM 0 at the end: any may be lost
 Listener = Callable[[Reason], None]
 
@@ -94,8 +92,8 @@ class Driver:
         self._decided_s, self._standstill_s = self._now(), 0.0
         self._worst: Reason | None = Reason.NO_SAMPLE_YET
         self._reported = (self._now(), 0)
-        self._unsent = self._old = self._commands = self._resets = self._unpublished = 0
-        self._waiting: deque[Arrival] = deque()  # samples that are not published yet
+        self._unsent = self._old = self._commands = self._resets = 0
+        self._waiting = WaitingSamples()
         self._sample_latency, self._command_latency = Latency(), Latency()
 
     @property
@@ -128,7 +126,7 @@ class Driver:
         """Wait for a sample, publish it, and decide on the newest; without any when none comes."""
         came = self._publish_next()
         newer = self._link.take_waiting()
-        self._keep_unpublished(newer)
+        self._waiting.add(newer)
         came += newer
         with self._lock:
             self._since_sample = 0
@@ -262,7 +260,7 @@ class Driver:
             "samples": wire.received,
             "samples_lost": timing.lost,
             "samples_old": self._old,
-            "samples_unpublished": self._unpublished,
+            "samples_unpublished": self._waiting.dropped,
             "samples_before_start": wire.late,
             "samples_refused": safety.counts.samples,
             "packets_malformed": wire.malformed,
@@ -286,8 +284,9 @@ class Driver:
 
     def _publish_next(self) -> list[Arrival]:
         """Publish the sample that has waited longest, or the next to come; return what came."""
-        if self._waiting:
-            self._publish(self._waiting.popleft())
+        waiting = self._waiting.take_oldest()
+        if waiting is not None:
+            self._publish(waiting)
             return []
         arrival = self._link.receive_stamped(time.monotonic() + WAIT_S)
         if arrival is None:
@@ -299,12 +298,6 @@ class Driver:
         self._outlet.publish_sample(read_state(arrival), self._clock.stamp(arrival.arrival_ns))
         with self._lock:
             self._sample_latency.add(1e-9 * (time.time_ns() - arrival.arrival_ns))
-
-    def _keep_unpublished(self, arrivals: list[Arrival]) -> None:
-        self._waiting.extend(arrivals)
-        while len(self._waiting) > MOST_UNPUBLISHED:
-            self._waiting.popleft()
-            self._unpublished += 1
 
     def _decide(self, sample: RigState | None, ago_s: float = 0.0, skipped: int = 0) -> None:
         if self._closed:

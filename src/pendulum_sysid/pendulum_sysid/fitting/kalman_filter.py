@@ -55,14 +55,12 @@ def filter_motion(  # type: ignore[no-untyped-def]
     white: (columns, predictions, channels) is filled; 0 where nothing is valid.
     log_deviations: (predictions,) is filled with their sum over the channels.
     """
-    columns, samples = gaps.shape[0], gaps.shape[1]
-    mean = np.zeros((columns, SIZE))
-    moved = np.zeros(SIZE)
-    spread, passed = np.zeros((SIZE, SIZE)), np.zeros((SIZE, SIZE))
-    matrix = np.zeros((SIZE, SIZE))
+    mean = np.zeros((gaps.shape[0], SIZE))
+    spread = np.zeros((SIZE, SIZE))
+    matrix, passed = np.zeros((SIZE, SIZE)), np.zeros((SIZE, SIZE))
     matrix[4, 4], matrix[5, 5] = decay, decay
     row = -1
-    for k in range(samples):
+    for k in range(gaps.shape[1]):
         if first[k]:
             mean[:] = 0.0
             spread[:] = 0.0
@@ -71,41 +69,68 @@ def filter_motion(  # type: ignore[no-untyped-def]
         else:
             matrix[:STATES, :STATES] = transitions[k]
             matrix[:STATES, STATES:] = pushes[k]
-            for c in range(columns):
-                for i in range(SIZE):
-                    moved[i] = gaps[c, k, i] if i < STATES else 0.0
-                    for j in range(SIZE):
-                        moved[i] += matrix[i, j] * mean[c, j]
-                mean[c] = moved
-            for i in range(SIZE):
-                for j in range(SIZE):
-                    passed[i, j] = 0.0
-                    for m in range(SIZE):
-                        passed[i, j] += matrix[i, m] * spread[m, j]
-            for i in range(SIZE):
-                for j in range(i + 1):
-                    total = 0.0
-                    for m in range(SIZE):
-                        total += passed[i, m] * matrix[j, m]
-                    spread[i, j], spread[j, i] = total, total
-            spread[4, 4] += inflow[0]
-            spread[5, 5] += inflow[1]
-        if not predicted[k]:
+            _predict_mean(mean, matrix, gaps[:, k])
+            _predict_spread(spread, matrix, inflow, passed)
+        if predicted[k]:
+            row += 1
+            log_deviations[row] = _correct(
+                mean, spread, measured[k], counts[k], channels, noise, white[:, row]
+            )
+
+
+@make_cached_compiler(Path(__file__))
+def _predict_mean(mean, matrix, gaps):  # type: ignore[no-untyped-def]
+    """Pass the mean of each column over a sample, and add what the column's run misses."""
+    moved = np.zeros(SIZE)
+    for c in range(len(mean)):
+        for i in range(SIZE):
+            moved[i] = gaps[c, i] if i < STATES else 0.0
+            for j in range(SIZE):
+                moved[i] += matrix[i, j] * mean[c, j]
+        mean[c] = moved
+
+
+@make_cached_compiler(Path(__file__))
+def _predict_spread(spread, matrix, inflow, passed):  # type: ignore[no-untyped-def]
+    """Pass the covariance over a sample, and drive the forces anew; passed is scratch space."""
+    for i in range(SIZE):
+        for j in range(SIZE):
+            passed[i, j] = 0.0
+            for m in range(SIZE):
+                passed[i, j] += matrix[i, m] * spread[m, j]
+    for i in range(SIZE):
+        for j in range(i + 1):
+            total = 0.0
+            for m in range(SIZE):
+                total += passed[i, m] * matrix[j, m]
+            spread[i, j], spread[j, i] = total, total
+    spread[4, 4] += inflow[0]
+    spread[5, 5] += inflow[1]
+
+
+@make_cached_compiler(Path(__file__))
+def _correct(  # type: ignore[no-untyped-def]
+    mean, spread, measured, counts, channels, noise, white
+):
+    """Correct mean and covariance by each channel's reading; fill in the whitened errors.
+
+    Return the sum of the logarithms of the deviations.
+    """
+    logarithms = 0.0
+    for c in range(len(channels)):
+        if counts[c] == 0.0:
             continue
-        row += 1
-        for c in range(len(channels)):
-            if counts[k, c] == 0.0:
-                continue
-            at = channels[c]
-            variance = spread[at, at] + noise[c]
-            deviation = np.sqrt(variance)
-            log_deviations[row] += np.log(deviation)
-            gain = spread[at].copy() / variance
-            for column in range(columns):
-                shown = measured[k, c] if column == 0 else 0.0
-                error = shown - mean[column, at]
-                white[column, row, c] = error / deviation
-                mean[column] += gain * error
-            for i in range(SIZE):
-                for j in range(SIZE):
-                    spread[i, j] -= gain[i] * gain[j] * variance
+        at = channels[c]
+        variance = spread[at, at] + noise[c]
+        deviation = np.sqrt(variance)
+        logarithms += np.log(deviation)
+        gain = spread[at].copy() / variance
+        for column in range(len(mean)):
+            shown = measured[c] if column == 0 else 0.0
+            error = shown - mean[column, at]
+            white[column, c] = error / deviation
+            mean[column] += gain * error
+        for i in range(SIZE):
+            for j in range(SIZE):
+                spread[i, j] -= gain[i] * gain[j] * variance
+    return logarithms
