@@ -267,6 +267,25 @@ def test_a_curve_over_time_needs_a_formula_to_be_of_the_rig(gain, shape):
     assert [n.shape and n.shape.shape.name for n in over_time] == ([shape] if shape else [])
 
 
+def test_a_curve_over_time_waits_for_its_formula_until_other_laws_are_measured():
+    """Friction that remembers its way clouds the wave of the drive."""
+    clock = np.linspace(0.0, 30.0, 121)
+    laws = {
+        "drive_gain_over_time": Law(tuple(clock), tuple(0.03 * np.sin(2 * np.pi * clock / 8.3))),
+        "cart_one_way_drag_along_rail": Law(tuple(AT), tuple(-0.2 * np.tanh(50.0 * AT))),
+        "cart_hysteresis": Law((0.06, 0.12, 0.24), (0.02, 0.02, 0.02)),
+    }
+    case, split = prepare_with(laws)
+    start = fit_own_parameters(case, split)
+    held = measure_laws(case, split, begin_without_laws(case, split, start), lambda line: None)
+    assert held is not None and set(held.kinds) == set(laws)
+    final, named = held.named
+    assert final.choose < 1.5 < 50.0 < start.choose
+    (wave,) = [law.shape for law in named if law.curve.kind.name == "drive_gain_over_time"]
+    assert wave is not None and wave.shape.name == "wave"
+    assert wave.values[wave.names.index("period")] == pytest.approx(8.3, abs=0.05)
+
+
 def test_nothing_is_measured_where_nothing_is_missing():
     case, split = prepare_with({})
     start = fit_own_parameters(case, split)

@@ -117,18 +117,34 @@ def measure_laws(
 ) -> Measured | None:
     """Return the fit with measured laws beside the effects of a fit; None where no law helps.
 
+    A curve over time may wait for its formula until the other laws are measured: what they would
+    explain clouds its shape. Where no formula comes, laws are measured again without waiting.
+
     begun: the fit with the effects that were named so far, and no laws.
     most: misfit, in units of noise, that the first law may leave for a second law to be measured.
     """
-    measured = Measured(case, split, begun)
+    start = Measured(case, split, begun)
+    measured = _add_laws(start, report, most, may_wait=True)
+    if not _is_of_rig(measured):
+        measured = _add_laws(start, report, most, may_wait=False)
+    return measured if measured.law_fit.curves else None
+
+
+def _add_laws(measured: Measured, report: Progress, most: float, may_wait: bool) -> Measured:
+    """Return the fit with law after law, as long as a law helps.
+
+    may_wait: whether a curve over time may stay without a formula.
+    """
     while len(measured.law_fit.curves) < decisions.LAWS_MEASURED:
-        longer = _add_law(measured, report)
+        longer = _add_law(measured, report, may_wait)
         if longer is None:
             break
         measured = longer
-        if measured.law_fit.fit.choose > most or measured.is_at_noise:
+        if measured.law_fit.fit.choose > most:
             break
-    return measured if measured.law_fit.curves else None
+        if measured.is_at_noise and _is_of_rig(measured):
+            break
+    return measured
 
 
 def begin_without_laws(case: Case, split: Split, start: Fit) -> LawFit:
@@ -137,7 +153,7 @@ def begin_without_laws(case: Case, split: Split, start: Fit) -> LawFit:
     return LawFit(begun, (), (), (), (), decisions.LAW_FIRST_INFLATION)
 
 
-def _add_law(measured: Measured, report: Progress) -> Measured | None:
+def _add_law(measured: Measured, report: Progress, may_wait: bool) -> Measured | None:
     """Return the fit with the law that helps most; None where none helps for sure."""
     case, split, law_fit = measured.case, measured.split, measured.law_fit
     ranked = rank_curves(case, split, law_fit)
@@ -155,13 +171,14 @@ def _add_law(measured: Measured, report: Progress) -> Measured | None:
         )
         if longer.lead is not None and longer.lead.is_real:
             kept.append(Measured(case, split, longer))
-            if longer.fit.choose <= decisions.MISFIT_AT_NOISE and _is_kept(kept[-1], law_fit):
+            at_noise = longer.fit.choose <= decisions.MISFIT_AT_NOISE
+            if at_noise and _is_kept(kept[-1], law_fit, may_wait):
                 return kept[-1]
     ordered = sorted(kept, key=lambda tried: tried.law_fit.fit.choose)
-    return next((tried for tried in ordered if _is_kept(tried, law_fit)), None)
+    return next((tried for tried in ordered if _is_kept(tried, law_fit, may_wait)), None)
 
 
-def _is_kept(longer: Measured, shorter: LawFit) -> bool:
+def _is_kept(longer: Measured, shorter: LawFit, may_wait: bool) -> bool:
     """Return whether the last law, which leads, helps over whole windows, lasts, is of the rig."""
     case, split = longer.case, longer.split
     whole = [
@@ -169,7 +186,7 @@ def _is_kept(longer: Measured, shorter: LawFit) -> bool:
         for fit in (longer.law_fit.fit, shorter.fit)
     ]
     lasts = whole[0] < whole[1] and is_seen_in_halves(case, split, longer.law_fit, shorter)
-    return lasts and _is_of_rig(longer)
+    return lasts and (may_wait or _is_of_rig(longer))
 
 
 def _is_of_rig(measured: Measured) -> bool:
