@@ -3,10 +3,13 @@
 import tempfile
 import time
 from contextlib import closing
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from builtin_interfaces.msg import Time
 from faults.bench import Bench
+from faults.packets import spoiling
 from faults.row import Row
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
@@ -16,16 +19,20 @@ from support.driven_rig import MODULE, DrivenEmulator, arguments_for
 from support.excitation_bench import BUSY_S, LONG, written
 from support.excitation_bench import Bench as Twins
 from support.ros_graph import Graph
+from support.running_emulator import TWIN
 
 from pendulum_bridge.driver.arrival_clock import ArrivalClock
 from pendulum_bridge.excitation.guard import StopReason
 from pendulum_bridge.safety.reasons import Reason
+from pendulum_bridge.wire.protocol import Sample
+from pendulum_twin.model import load_twin
 from pendulum_twin.nodes.qos import SAMPLES
 
 HOUR_S = 3600
 PERIOD_NS = 10_000_000
 RATE_HZ = 1000
 GROWTH_KIB = 2048  # of memory, at most
+END_M = 0.02  # within which a cart is at the end
 
 
 def ros_clock_jumps(ros: Graph) -> Row:
@@ -50,6 +57,25 @@ def ros_clock_jumps(ros: Graph) -> Row:
         "goes on; then the user stops commanding",
         said,
     )
+
+
+def mirrored_encoder(ros: Graph) -> Row:
+    """Let the cart's encoder count the other way than the twin file says, and push to the end."""
+
+    def mirror(sample: Sample) -> Sample:
+        return replace(sample, cart_m=-sample.cart_m, cart_velocity=-sample.cart_velocity)
+
+    with closing(Bench(ros)) as bench:
+        bench.wire.spoil = spoiling(mirror)
+        for push, seconds in ((0.3, 0.25), (-0.3, 0.5), (0.3, 0.25)):
+            bench.spin(seconds, partial(bench.send, push))
+        said = bench.said(Reason.CART_MIRRORED, step=partial(bench.send, 0.3))
+        bench.spin(3.0, partial(bench.send, 0.3))
+        far_m = max(abs(state.position[0]) for state in bench.user.states)
+    half_m = load_twin(TWIN).rig.rail_half_length_m
+    assert half_m is not None and far_m < half_m - END_M, f"{far_m:.3f} m from the middle"
+    right = f"goes on; the rail guard keeps the cart on the rail ({far_m:.2f} of {half_m:g} m)"
+    return Row("encoder of the cart counts the other way, a steady push", None, right, said)
 
 
 def system_clock_jumps() -> Row:

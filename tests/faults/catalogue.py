@@ -43,5 +43,6 @@ APART: tuple[Callable[[Graph], Row], ...] = (
     users.plan_given_up,
     apart.ros_clock_jumps,
     apart.empty_sample,
+    apart.mirrored_encoder,
     apart.resets,
 )
