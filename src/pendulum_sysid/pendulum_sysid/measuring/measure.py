@@ -117,26 +117,26 @@ def measure_laws(
 ) -> Measured | None:
     """Return the fit with measured laws beside the effects of a fit; None where no law helps.
 
-    A curve over time may wait for its formula until the other laws are measured: what they would
+    One curve over time may wait for its formula until the other laws are measured: what they would
     explain clouds its shape. Where no formula comes, laws are measured again without waiting.
 
     begun: the fit with the effects that were named so far, and no laws.
     most: misfit, in units of noise, that the first law may leave for a second law to be measured.
     """
     start = Measured(case, split, begun)
-    measured = _add_laws(start, report, most, may_wait=True)
+    measured = _add_laws(start, report, most, waiting=1)
     if not _is_of_rig(measured):
-        measured = _add_laws(start, report, most, may_wait=False)
+        measured = _add_laws(start, report, most, waiting=0)
     return measured if measured.law_fit.curves else None
 
 
-def _add_laws(measured: Measured, report: Progress, most: float, may_wait: bool) -> Measured:
+def _add_laws(measured: Measured, report: Progress, most: float, waiting: int) -> Measured:
     """Return the fit with law after law, as long as a law helps.
 
-    may_wait: whether a curve over time may stay without a formula.
+    waiting: number of curves over time that may stay without a formula.
     """
     while len(measured.law_fit.curves) < decisions.LAWS_MEASURED:
-        longer = _add_law(measured, report, may_wait)
+        longer = _add_law(measured, report, waiting)
         if longer is None:
             break
         measured = longer
@@ -153,7 +153,7 @@ def begin_without_laws(case: Case, split: Split, start: Fit) -> LawFit:
     return LawFit(begun, (), (), (), (), decisions.LAW_FIRST_INFLATION)
 
 
-def _add_law(measured: Measured, report: Progress, may_wait: bool) -> Measured | None:
+def _add_law(measured: Measured, report: Progress, waiting: int) -> Measured | None:
     """Return the fit with the law that helps most; None where none helps for sure."""
     case, split, law_fit = measured.case, measured.split, measured.law_fit
     ranked = rank_curves(case, split, law_fit)
@@ -172,13 +172,13 @@ def _add_law(measured: Measured, report: Progress, may_wait: bool) -> Measured |
         if longer.lead is not None and longer.lead.is_real:
             kept.append(Measured(case, split, longer))
             at_noise = longer.fit.choose <= decisions.MISFIT_AT_NOISE
-            if at_noise and _is_kept(kept[-1], law_fit, may_wait):
+            if at_noise and _is_kept(kept[-1], law_fit, waiting):
                 return kept[-1]
     ordered = sorted(kept, key=lambda tried: tried.law_fit.fit.choose)
-    return next((tried for tried in ordered if _is_kept(tried, law_fit, may_wait)), None)
+    return next((tried for tried in ordered if _is_kept(tried, law_fit, waiting)), None)
 
 
-def _is_kept(longer: Measured, shorter: LawFit, may_wait: bool) -> bool:
+def _is_kept(longer: Measured, shorter: LawFit, waiting: int) -> bool:
     """Return whether the last law, which leads, helps over whole windows, lasts, is of the rig."""
     case, split = longer.case, longer.split
     whole = [
@@ -186,18 +186,20 @@ def _is_kept(longer: Measured, shorter: LawFit, may_wait: bool) -> bool:
         for fit in (longer.law_fit.fit, shorter.fit)
     ]
     lasts = whole[0] < whole[1] and is_seen_in_halves(case, split, longer.law_fit, shorter)
-    return lasts and (may_wait or _is_of_rig(longer))
+    return lasts and _is_of_rig(longer, waiting)
 
 
-def _is_of_rig(measured: Measured) -> bool:
-    """Return whether every curve over time has a formula.
+def _is_of_rig(measured: Measured, waiting: int = 0) -> bool:
+    """Return whether every curve over time has a formula, but for so many curves that wait.
 
     A free curve over time takes whatever one recording leaves, instant by instant, and would be
     played back in the next; a formula over time (a rig that warms up) may hold there again.
     """
     curves = measured.law_fit.curves
     over_time = [k for k, c in enumerate(curves) if c.kind.variable is Variable.TIME]
-    return not over_time or all(measured.named[1][k].shape is not None for k in over_time)
+    if len(over_time) <= waiting:
+        return True
+    return sum(measured.named[1][k].shape is None for k in over_time) <= waiting
 
 
 def _fit_longer(case: Case, split: Split, law_fit: LawFit, candidate: Ranked) -> LawFit:
