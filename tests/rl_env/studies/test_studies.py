@@ -18,6 +18,8 @@ from support.paths import CONFIG
 from pendulum_rl_env.scoring import SLICES, describe_reward
 from pendulum_rl_env.studies import identify_and_control, sample_times, stages, transfer, tune
 from pendulum_rl_env.studies.transfer_report import compute_interval, format_table
+from pendulum_rl_env.studies.workers import MEMORY_BYTES, TASK_LIMIT_S
+from pendulum_sysid.fleet.engine import Engine, open_client
 
 TWIN = str(CONFIG / "inteco.yaml")
 QUICK = """
@@ -41,6 +43,16 @@ def quick(tmp_path_factory: pytest.TempPathFactory) -> str:
     file = tmp_path_factory.mktemp("preset") / "quick.yaml"
     file.write_text(QUICK, encoding="utf-8")
     return str(file)
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[list[str]]:
+    """Start a worker that every study here shares, and give the arguments that name it.
+
+    Most of a short study is the start of its worker, which imports torch.
+    """
+    with open_client(Engine(1, None, MEMORY_BYTES, TASK_LIMIT_S)) as client:
+        yield ["--scheduler", client.scheduler.address]
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -81,7 +93,7 @@ def test_one_command_goes_from_an_unknown_rig_to_an_episode_on_it(control: Run, 
 
 
 def test_the_study_makes_its_table_and_goes_on_from_what_is_there(
-    control: Run, tmp_path: Path, quick: str, capsys
+    control: Run, cluster: list[str], tmp_path: Path, quick: str, capsys
 ) -> None:
     out = tmp_path / "transfer"
     trial = out / "rigs" / "trial_0000"
@@ -89,16 +101,7 @@ def test_the_study_makes_its_table_and_goes_on_from_what_is_there(
     shutil.copytree(control.folder / "diagnosis", trial / "found")
     arguments = ["--rigs", "1", "--seed", "3", "--out", str(out), "--twin", TWIN]
     arguments += ["--preset", quick, "--kinds", "single:1", "--fine-steps", "2048"]
-    arguments += [
-        "--processes",
-        "1",
-        "--trainings",
-        "1",
-        "--scratch-rigs",
-        "1",
-        "--scratch-steps",
-        "100",
-    ]
+    arguments += ["--trainings", "1", "--scratch-rigs", "1", "--scratch-steps", "100", *cluster]
     assert transfer.main(arguments) == 0
     first = capsys.readouterr().out
     study = json.loads((out / "transfer.json").read_text(encoding="utf-8"))
@@ -205,22 +208,10 @@ def test_sample_times_are_compared_a_step(tmp_path: Path, quick: str, capsys) ->
 
 
 def test_a_study_of_settings_stays_on_the_disk_and_goes_on(
-    tmp_path: Path, quick: str, capsys
+    cluster: list[str], tmp_path: Path, quick: str, capsys
 ) -> None:
-    arguments = [
-        "--preset",
-        quick,
-        "--twin",
-        TWIN,
-        "--out",
-        str(tmp_path / "study"),
-        "--trials",
-        "1",
-        "--timesteps",
-        "2048",
-        "--processes",
-        "1",
-    ]
+    arguments = ["--preset", quick, "--twin", TWIN, "--out", str(tmp_path / "study"), *cluster]
+    arguments += ["--trials", "1", "--timesteps", "2048"]
     assert tune.main(arguments) == 0 and tune.main(arguments) == 0
     said = capsys.readouterr().out
     assert "after 1 trials" in said and "after 2 trials" in said
