@@ -80,7 +80,7 @@ def test_one_fit_of_all_terms_finds_an_effect_that_no_other_term_looks_like(
     tmp_path: Path,
 ) -> None:
     """Of the kinds of the cart's friction it names none or any, by a rounding."""
-    write_trial(tmp_path, {"pole_coulomb_friction": {"level_n_m": 0.002}}, seed=1, seconds=20.0)
+    write_trial(tmp_path, {"pole_coulomb_friction": {"level_n_m": 0.002}}, seed=1, seconds=18.0)
     named = find_rival("all_at_once").name_effects(prepare_ground(read_trial(tmp_path)))
     assert "pole_coulomb_friction" in named
 

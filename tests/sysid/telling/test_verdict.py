@@ -208,7 +208,7 @@ def test_runs_that_diverge_leave_no_infinity_in_the_verdict(
 
 def test_a_hopeless_twin_is_not_the_recording_s_fault() -> None:
     hopeless = replace(INTECO, effects={"rail_spring": {"n_per_m": -2e3, "centre_m": 0.0}})
-    found = diagnose([record_hidden({}, 5, 20.0)[0]], hopeless, silent).to_dict()
+    found = diagnose([record_hidden({}, 5, 10.0)[0]], hopeless, silent).to_dict()
     assert_as_in_the_contract(found)
     assert "check the command topic" not in found["sentence"]
 
@@ -465,8 +465,8 @@ def bump(t: float, y: tuple, drive: float) -> float:
 @pytest.mark.parametrize(
     ("on_cart", "on_pole", "seconds"),
     [
-        (gusts, nothing, 20.0),
-        (nothing, bump, 20.0),
+        (gusts, nothing, 12.0),
+        (nothing, bump, 14.0),
     ],
     ids=["gusts", "bump"],
 )
@@ -492,7 +492,7 @@ def wind(t: float, y: tuple, drive: float) -> float:
 
 
 def test_a_random_force_is_told_as_random_and_so_large() -> None:
-    found = diagnose([unlisted(wind, seconds=40.0)], INTECO, silent).to_dict()
+    found = diagnose([unlisted(wind)], INTECO, silent).to_dict()
     assert found["outcome"] == "not_in_catalogue" and found["missing_physics"] == []
     assert found["measured_laws"] == []
     wandering = found["remainder"]["wandering"]
