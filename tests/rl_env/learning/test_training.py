@@ -150,7 +150,6 @@ def test_ctrl_c_saves_and_says_how_to_go_on(tmp_path: Path) -> None:
         until(
             lambda: (out / "result.json").exists() or program.poll() is not None,
             "an evaluation",
-            lambda: None,
         )
         program.send_signal(signal.SIGINT)
         said = program.communicate(timeout=60)[1]
