@@ -33,6 +33,7 @@ PERIOD_NS = 10_000_000
 RATE_HZ = 1000
 GROWTH_KIB = 2048  # of memory, at most
 TRIES = 3  # on a computer that may stand still
+END_M = 0.01  # a cart this near the end has come to it
 
 
 def ros_clock_jumps(ros: Graph) -> Row:
@@ -68,9 +69,11 @@ def mirrored_encoder(ros: Graph) -> Row:
     assert half_m is not None
     for _ in range(TRIES):
         far_m, said = _push_mirrored(ros)
-        if far_m < half_m:
+        if far_m < half_m - END_M:
             break
-    assert far_m < half_m, f"the cart came to the end of the rail in {TRIES} of {TRIES} pushes"
+    assert far_m < half_m - END_M, (
+        f"the cart came to the end of the rail in {TRIES} of {TRIES} pushes"
+    )
     right = f"goes on; the rail guard keeps the cart on the rail ({far_m:.2f} of {half_m:g} m)"
     return Row("encoder of the cart counts the other way, a steady push", None, right, said)
 
@@ -87,6 +90,8 @@ def _push_mirrored(ros: Graph) -> tuple[float, str]:
             bench.spin(seconds, partial(bench.send, push))
         said = bench.said(Reason.CART_MIRRORED, step=partial(bench.send, 0.3))
         bench.spin(3.0, partial(bench.send, 0.3))
+        begin = time.monotonic()
+        bench.goes_on(begin, 0.5, partial(bench.send, -0.3))
         bench.driver.kill()  # the next push has a driver of its own
         bench.driver.communicate()
         return max(abs(state.position[0]) for state in bench.user.states), said

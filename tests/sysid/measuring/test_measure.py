@@ -11,6 +11,7 @@ from pendulum_sysid import decisions
 from pendulum_sysid.finding.localisation.balance import compute_motion
 from pendulum_sysid.fitting.fit import HORIZONS, fit, fit_own_parameters
 from pendulum_sysid.measuring import curve as curve_module
+from pendulum_sysid.measuring import measure as measure_module
 from pendulum_sysid.measuring.curve import Curve, list_curves
 from pendulum_sysid.measuring.formula_fit import ShapeParameter
 from pendulum_sysid.measuring.measure import (
@@ -284,6 +285,35 @@ def test_a_curve_over_time_waits_for_its_formula_until_other_laws_are_measured()
     (wave,) = [law.shape for law in named if law.curve.kind.name == "drive_gain_over_time"]
     assert wave is not None and wave.shape.name == "wave"
     assert wave.values[wave.names.index("period")] == pytest.approx(8.3, abs=0.05)
+
+
+def make_scripted(kinds: tuple[str, ...], formulas: tuple[bool, ...], choose: float):
+    """Return what stands for a fit with laws: their kinds, and which have formulas."""
+    curves = tuple(SimpleNamespace(kind=BY_NAME[kind]) for kind in kinds)
+    named = tuple(SimpleNamespace(shape=formula or None) for formula in formulas)
+    law_fit = SimpleNamespace(curves=curves, fit=SimpleNamespace(choose=choose))
+    return SimpleNamespace(law_fit=law_fit, named=(None, named), is_at_noise=False, kinds=kinds)
+
+
+@pytest.mark.parametrize("comes", [True, False])
+def test_a_curve_over_time_waits_until_its_formula_comes(comes, monkeypatch):
+    """No later law takes a formula away; without one, laws are measured without waiting."""
+    gain, drag = "drive_gain_over_time", "cart_drag_along_rail"
+    waits = []
+
+    def add(measured, report, waiting):
+        waits.append(waiting)
+        if waiting == 1 and not measured.kinds:
+            return make_scripted((gain,), (False,), 20.0)
+        if measured.kinds == (gain,):
+            return make_scripted((gain, drag), (comes, False), 2.0)
+        return None
+
+    monkeypatch.setattr(measure_module, "Measured", lambda *_: make_scripted((), (), 40.0))
+    monkeypatch.setattr(measure_module, "_add_law", add)
+    held = measure_laws(None, None, None, lambda line: None)
+    assert waits == ([1, 1, 0] if comes else [1, 1, 1, 0])
+    assert held.kinds == (gain, drag) if comes else held is None
 
 
 def test_nothing_is_measured_where_nothing_is_missing():

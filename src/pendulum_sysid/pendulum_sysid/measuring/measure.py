@@ -133,6 +133,8 @@ def measure_laws(
 def _add_laws(measured: Measured, report: Progress, most: float, waiting: int) -> Measured:
     """Return the fit with law after law, as long as a law helps.
 
+    A curve over time that has its formula does not wait again: no later law may take it away.
+
     waiting: number of curves over time that may stay without a formula.
     """
     while len(measured.law_fit.curves) < decisions.LAWS_MEASURED:
@@ -142,8 +144,11 @@ def _add_laws(measured: Measured, report: Progress, most: float, waiting: int) -
         measured = longer
         if measured.law_fit.fit.choose > most:
             break
-        if measured.is_at_noise and _is_of_rig(measured):
-            break
+        if _is_of_rig(measured):
+            if measured.is_at_noise:
+                break
+            if _list_over_time(measured):
+                waiting = 0
     return measured
 
 
@@ -195,11 +200,16 @@ def _is_of_rig(measured: Measured, waiting: int = 0) -> bool:
     A free curve over time takes whatever one recording leaves, instant by instant, and would be
     played back in the next; a formula over time (a rig that warms up) may hold there again.
     """
-    curves = measured.law_fit.curves
-    over_time = [k for k, c in enumerate(curves) if c.kind.variable is Variable.TIME]
+    over_time = _list_over_time(measured)
     if len(over_time) <= waiting:
         return True
     return sum(measured.named[1][k].shape is None for k in over_time) <= waiting
+
+
+def _list_over_time(measured: Measured) -> list[int]:
+    """Return which of the curves are over time."""
+    curves = measured.law_fit.curves
+    return [k for k, curve in enumerate(curves) if curve.kind.variable is Variable.TIME]
 
 
 def _fit_longer(case: Case, split: Split, law_fit: LawFit, candidate: Ranked) -> LawFit:
