@@ -311,9 +311,24 @@ def test_a_curve_over_time_waits_until_its_formula_comes(comes, monkeypatch):
 
     monkeypatch.setattr(measure_module, "Measured", lambda *_: make_scripted((), (), 40.0))
     monkeypatch.setattr(measure_module, "_add_law", add)
+    monkeypatch.setattr(measure_module, "_needs_curves_over_time", lambda measured: True)
     held = measure_laws(None, None, None, lambda line: None)
     assert waits == ([1, 1, 0] if comes else [1, 1, 1, 0])
     assert held.kinds == (gain, drag) if comes else held is None
+
+
+def test_a_curve_over_time_that_other_laws_can_do_without_is_not_needed(monkeypatch):
+    drag, gain = "cart_drag_by_pole_rate", "drive_gain_over_time"
+    case, split = prepare_with({drag: LAWS[drag]}, 20.0)
+    begun = begin_without_laws(case, split, fit_own_parameters(case, split))
+    measured = measure_laws(case, split, begun, lambda line: None)
+    assert measured is not None and measured.kinds == (drag,)
+    monkeypatch.setattr(decisions, "LAW_LEAST_NATS", -np.inf)
+    likely = {r.curve.kind.name: r for r in rank_curves(case, split, measured.law_fit)}
+    longer = measure_module._fit_longer(case, split, measured.law_fit, likely[gain])
+    idle = replace(measured, law_fit=longer)
+    assert idle.kinds == (drag, gain)
+    assert not measure_module._needs_curves_over_time(idle)
 
 
 def test_nothing_is_measured_where_nothing_is_missing():

@@ -118,14 +118,15 @@ def measure_laws(
     """Return the fit with measured laws beside the effects of a fit; None where no law helps.
 
     One curve over time may wait for its formula until the other laws are measured: what they would
-    explain clouds its shape. Where no formula comes, laws are measured again without waiting.
+    explain clouds its shape. Where no formula comes, or the other laws do as well without the
+    curve, laws are measured again without waiting.
 
     begun: the fit with the effects that were named so far, and no laws.
     most: misfit, in units of noise, that the first law may leave for a second law to be measured.
     """
     start = Measured(case, split, begun)
     measured = _add_laws(start, report, most, waiting=1)
-    if not _is_of_rig(measured):
+    if not (_is_of_rig(measured) and _needs_curves_over_time(measured)):
         measured = _add_laws(start, report, most, waiting=0)
     return measured if measured.law_fit.curves else None
 
@@ -204,6 +205,29 @@ def _is_of_rig(measured: Measured, waiting: int = 0) -> bool:
     if len(over_time) <= waiting:
         return True
     return sum(measured.named[1][k].shape is None for k in over_time) <= waiting
+
+
+def _needs_curves_over_time(measured: Measured) -> bool:
+    """Return whether the fit is worse without any of its curves over time, the others following.
+
+    A curve that waited was judged before the other laws, and may have stood for them.
+    """
+    law_fit = measured.law_fit
+    for k in _list_over_time(measured):
+        theta = law_fit.fit.theta.copy()
+        law_fit.curves[k].put(theta, np.zeros(len(law_fit.curves[k].knots)))
+        others = [n for n in range(len(law_fit.curves)) if n != k]
+        less = fit_laws(
+            measured.case,
+            measured.split,
+            replace(law_fit.fit, theta=theta),
+            tuple(law_fit.curves[n] for n in others),
+            tuple(law_fit.priors[n] for n in others),
+            law_fit.inflation,
+        )
+        if not compute_lead(law_fit.fit, less.fit).is_real:
+            return False
+    return True
 
 
 def _list_over_time(measured: Measured) -> list[int]:
