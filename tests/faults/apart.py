@@ -86,9 +86,8 @@ def _push_mirrored(ros: Graph) -> tuple[float, str]:
 
     with closing(Bench(ros)) as bench:
         bench.wire.spoil = spoiling(mirror)
-        for push, seconds in ((0.3, 0.25), (-0.3, 0.5), (0.3, 0.25)):
-            bench.spin(seconds, partial(bench.send, push))
-        said = bench.said(Reason.CART_MIRRORED, step=partial(bench.send, 0.3))
+        both_ways = lambda: bench.send(bench.wave(0.3, way=-1))  # noqa: E731
+        said = bench.said(Reason.CART_MIRRORED, step=both_ways)
         bench.spin(3.0, partial(bench.send, 0.3))
         begin = time.monotonic()
         bench.goes_on(begin, 0.5, partial(bench.send, -0.3))

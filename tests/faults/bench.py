@@ -95,9 +95,13 @@ class Bench:
             self.user.send(pwm)
         self.ros.spin()
 
-    def wave(self, size: float = PUSH) -> float:
+    def wave(self, size: float = PUSH, way: int = 1) -> float:
+        """Return the push that goes back and forth about the middle.
+
+        way: -1 where a positive command moves the measured cart the negative way.
+        """
         state = self.user.states[-1]
-        back = 3 * state.position[0] + state.velocity[0]
+        back = way * (3 * state.position[0] + state.velocity[0])
         return math.copysign(size, math.cos(math.tau * time.monotonic() / 0.8) - back)
 
     # from fault to fault
