@@ -76,6 +76,22 @@ def make_named(weight: float = 1.0, shown: int = 3) -> Named:
     )
 
 
+def stand_in_for_laws(monkeypatch: pytest.MonkeyPatch, **answers: object) -> None:
+    """Let effects beside laws be as given: all of them are needed, and nothing doubts them."""
+    usual: dict[str, object] = {
+        "list_sized": lambda measured, names: list(names),
+        "leave_out_names": lambda measured, sized: dict.fromkeys(sized),
+        "list_needed": lambda measured, without: tuple(without),
+        "list_stand_ins": lambda measured, without: [],
+        "list_lesser_parts": lambda measured, names: [],
+        "list_bent": lambda measured, names: [],
+        "list_cancelled": lambda case, fit: frozenset(),
+        "measure_steadiness": lambda *about: {},
+    }
+    for name, answer in {**usual, **answers}.items():
+        monkeypatch.setattr(pipeline, name, answer)
+
+
 @pytest.mark.parametrize(
     ("doubted", "needed", "shares", "sure", "part", "regained"),
     [
@@ -100,13 +116,12 @@ def test_an_effect_that_laws_make_sure_is_a_name(
 ) -> None:
     name = doubted.effect
     steadiness = Steadiness(np.full(6, shares), np.full(6, 0.02))
-    monkeypatch.setattr(pipeline, "list_sized", lambda measured, names: list(names))
-    monkeypatch.setattr(pipeline, "is_part_of_law", lambda measured, name: part)
-    monkeypatch.setattr(pipeline, "list_lesser_parts", lambda measured, names: [])
-    monkeypatch.setattr(pipeline, "list_bent", lambda measured, names: [])
-    monkeypatch.setattr(pipeline, "list_needed", lambda measured, sized: tuple(sized) * needed)
-    monkeypatch.setattr(pipeline, "list_cancelled", lambda case, fit: frozenset())
-    monkeypatch.setattr(pipeline, "measure_steadiness", lambda *about: {name: steadiness})
+    stand_in_for_laws(
+        monkeypatch,
+        is_part_of_law=lambda measured, name: part,
+        list_needed=lambda measured, without: tuple(without) * needed,
+        measure_steadiness=lambda *about: {name: steadiness},
+    )
     monkeypatch.setattr(naming, "is_surely_there", lambda *about: sure)
     findings = SimpleNamespace(case=SimpleNamespace(scales={}), named=(), perhaps=(doubted,))
     fit = SimpleNamespace(effects=(name,), twin=None, choose=2.0)
@@ -117,17 +132,15 @@ def test_an_effect_that_laws_make_sure_is_a_name(
     assert all(effect.is_sure for effect in names)
 
 
-def test_a_lesser_part_of_a_law_is_no_name(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("doubt", ["list_lesser_parts", "list_stand_ins"])
+def test_an_effect_that_is_less_than_a_law_or_stands_for_it_is_no_name(
+    monkeypatch: pytest.MonkeyPatch, doubt: str
+) -> None:
     wave, friction = (
         Named("eccentric_encoder", Lead(2, 5)),
         Named("cart_coulomb_friction", Lead(2, 5)),
     )
-    monkeypatch.setattr(pipeline, "list_sized", lambda measured, names: list(names))
-    monkeypatch.setattr(pipeline, "list_needed", lambda measured, sized: tuple(sized))
-    monkeypatch.setattr(pipeline, "list_lesser_parts", lambda measured, names: [wave.effect])
-    monkeypatch.setattr(pipeline, "list_bent", lambda measured, names: [])
-    monkeypatch.setattr(pipeline, "list_cancelled", lambda case, fit: frozenset())
-    monkeypatch.setattr(pipeline, "measure_steadiness", lambda *about: {})
+    stand_in_for_laws(monkeypatch, **{doubt: lambda measured, names: [wave.effect]})
     monkeypatch.setattr(naming, "is_surely_there", lambda *about: True)
     findings = SimpleNamespace(case=SimpleNamespace(scales={}), named=(wave, friction), perhaps=())
     fit = SimpleNamespace(effects=(wave.effect, friction.effect), choose=2.0)
@@ -135,7 +148,7 @@ def test_a_lesser_part_of_a_law_is_no_name(monkeypatch: pytest.MonkeyPatch) -> N
     names, perhaps, _ = ask_names_again(findings, None, measured, fit, fit)
     assert (names, perhaps) == ((friction,), (wave,))
     measured = SimpleNamespace(kinds=("cart_dry_friction_by_velocity",))
-    monkeypatch.setattr(pipeline, "list_lesser_parts", lambda measured, names: [])
+    stand_in_for_laws(monkeypatch)
     names, perhaps, _ = ask_names_again(findings, None, measured, fit, fit)
     assert names == (wave, friction)
 
@@ -145,12 +158,7 @@ def test_an_effect_whose_shape_a_law_bends_is_no_name(
     monkeypatch: pytest.MonkeyPatch, bent: bool
 ) -> None:
     zone = Named("input_dead_zone", Lead(2, 5))
-    monkeypatch.setattr(pipeline, "list_sized", lambda measured, names: list(names))
-    monkeypatch.setattr(pipeline, "list_needed", lambda measured, sized: tuple(sized))
-    monkeypatch.setattr(pipeline, "list_lesser_parts", lambda measured, names: [])
-    monkeypatch.setattr(pipeline, "list_bent", lambda measured, names: list(names) * bent)
-    monkeypatch.setattr(pipeline, "list_cancelled", lambda case, fit: frozenset())
-    monkeypatch.setattr(pipeline, "measure_steadiness", lambda *about: {})
+    stand_in_for_laws(monkeypatch, list_bent=lambda measured, names: list(names) * bent)
     monkeypatch.setattr(naming, "is_surely_there", lambda *about: True)
     findings = SimpleNamespace(case=SimpleNamespace(scales={}), named=(zone,), perhaps=())
     fit = SimpleNamespace(effects=(zone.effect,), choose=2.0)

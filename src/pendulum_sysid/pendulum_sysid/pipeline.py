@@ -41,10 +41,12 @@ from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
 from pendulum_sysid.measuring.measure import Measured, measure_best_laws
 from pendulum_sysid.measuring.names_beside_laws import (
     is_part_of_law,
+    leave_out_names,
     list_bent,
     list_lesser_parts,
     list_needed,
     list_sized,
+    list_stand_ins,
 )
 from pendulum_sysid.measuring.repeatability import measure_repeatability
 from pendulum_sysid.planning.next_experiment import plan_next_experiment
@@ -205,8 +207,8 @@ def ask_names_again(
     """Return the names beside laws, the effects that are none, and those that the twin needs.
 
     An effect that was not sure without laws is a name if it is sure, needed and steady with them,
-    and no part of a law. No name is an effect that the twin does not need beside the laws, or,
-    above the noise, that other effects nearly cancel.
+    and no part of a law. No name is an effect that the twin does not need beside the laws, that
+    stands for another law, or that, above the noise, other effects nearly cancel.
 
     measured: the laws.
     alone: the fit with laws, whose intervals hold what the laws leave.
@@ -219,15 +221,17 @@ def ask_names_again(
     sure, doubted = part_sure_names(fit, findings.named, case.scales, bent)
     names = [effect.effect for effect in (*sure, *doubtful)]
     lesser, sized = list_lesser_parts(measured, names), list_sized(measured, names)
-    needed = list_needed(measured, sized)
+    without = leave_out_names(measured, sized)
+    needed = list_needed(measured, without)
     steady = measure_steadiness(case, split, fit)
     sure, doubtful = (
         tuple(replace(e, steadiness=steady.get(e.effect, e.steadiness)) for e in effects)
         for effects in (sure, doubtful)
     )
     above = fit.choose > decisions.MISFIT_AT_NOISE
+    stand_ins = list_stand_ins(measured, {name: without[name] for name in needed})
     cancelled = list_cancelled(case, fit) if above else ()
-    unlike = {*lesser, *cancelled, *(name for name in sized if name not in needed)}
+    unlike = {*lesser, *stand_ins, *cancelled, *(name for name in sized if name not in needed)}
     idle = tuple(e for e in sure if e.effect in unlike)
     regained = tuple(
         replace(e, is_sure=True, is_cancelled=False)

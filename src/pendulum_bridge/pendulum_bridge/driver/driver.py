@@ -284,9 +284,9 @@ class Driver:
 
     def _publish_next(self) -> list[Arrival]:
         """Publish the sample that has waited longest, or the next to come; return what came."""
-        waiting = self._waiting.take_oldest()
-        if waiting is not None:
-            self._publish(waiting)
+        oldest = self._waiting.take_oldest()
+        if oldest is not None:
+            self._publish(oldest)
             return []
         arrival = self._link.receive_stamped(time.monotonic() + WAIT_S)
         if arrival is None:

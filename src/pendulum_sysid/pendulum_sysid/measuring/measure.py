@@ -69,7 +69,8 @@ def measure_best_laws(
     (`names_beside_laws`). Effects that are no names do not.
 
     Runs take long steps while laws are tried; the laws that are kept are fitted with the twin's
-    own steps.
+    own steps. A curve over time whose formula is lost there would be played in the next recording,
+    so there are no laws then.
 
     starts: fits without laws, the simplest first. A start whose first law explains less than the
         effects of the last start is given up.
@@ -93,7 +94,8 @@ def measure_best_laws(
         return None
     coarse = best.law_fit
     fine = fit_laws(case, split, coarse.fit, coarse.curves, coarse.priors, coarse.inflation)
-    return Measured(case, split, replace(fine, lead=coarse.lead))
+    measured = Measured(case, split, replace(fine, lead=coarse.lead))
+    return measured if _is_of_rig(measured) else None
 
 
 def is_better(simple: Measured, rich: Measured, has_names: bool) -> bool:
@@ -125,21 +127,21 @@ def measure_laws(
     most: misfit, in units of noise, that the first law may leave for a second law to be measured.
     """
     start = Measured(case, split, begun)
-    measured = _add_laws(start, report, most, waiting=1)
+    measured = _add_laws(start, report, most, most_waiting=1)
     if not (_is_of_rig(measured) and _needs_curves_over_time(measured)):
-        measured = _add_laws(start, report, most, waiting=0)
+        measured = _add_laws(start, report, most, most_waiting=0)
     return measured if measured.law_fit.curves else None
 
 
-def _add_laws(measured: Measured, report: Progress, most: float, waiting: int) -> Measured:
+def _add_laws(measured: Measured, report: Progress, most: float, most_waiting: int) -> Measured:
     """Return the fit with law after law, as long as a law helps.
 
     A curve over time that has its formula does not wait again: no later law may take it away.
 
-    waiting: number of curves over time that may stay without a formula.
+    most_waiting: number of curves over time that may stay without a formula.
     """
     while len(measured.law_fit.curves) < decisions.LAWS_MEASURED:
-        longer = _add_law(measured, report, waiting)
+        longer = _add_law(measured, report, most_waiting)
         if longer is None:
             break
         measured = longer
@@ -149,7 +151,7 @@ def _add_laws(measured: Measured, report: Progress, most: float, waiting: int) -
             if measured.is_at_noise:
                 break
             if _list_over_time(measured):
-                waiting = 0
+                most_waiting = 0
     return measured
 
 
@@ -159,7 +161,7 @@ def begin_without_laws(case: Case, split: Split, start: Fit) -> LawFit:
     return LawFit(begun, (), (), (), (), decisions.LAW_FIRST_INFLATION)
 
 
-def _add_law(measured: Measured, report: Progress, waiting: int) -> Measured | None:
+def _add_law(measured: Measured, report: Progress, most_waiting: int) -> Measured | None:
     """Return the fit with the law that helps most; None where none helps for sure."""
     case, split, law_fit = measured.case, measured.split, measured.law_fit
     ranked = rank_curves(case, split, law_fit)
@@ -168,7 +170,7 @@ def _add_law(measured: Measured, report: Progress, waiting: int) -> Measured | N
         if candidate.prior.evidence < decisions.LAW_EVIDENCE_SHARE * ranked[0].prior.evidence:
             break
         try:
-            longer = _fit_longer(case, split, law_fit, candidate)
+            longer = fit_longer(case, split, law_fit, candidate)
         except np.linalg.LinAlgError:
             continue
         report(
@@ -178,13 +180,13 @@ def _add_law(measured: Measured, report: Progress, waiting: int) -> Measured | N
         if longer.lead is not None and longer.lead.is_real:
             kept.append(Measured(case, split, longer))
             at_noise = longer.fit.choose <= decisions.MISFIT_AT_NOISE
-            if at_noise and _is_kept(kept[-1], law_fit, waiting):
+            if at_noise and _is_kept(kept[-1], law_fit, most_waiting):
                 return kept[-1]
     ordered = sorted(kept, key=lambda tried: tried.law_fit.fit.choose)
-    return next((tried for tried in ordered if _is_kept(tried, law_fit, waiting)), None)
+    return next((tried for tried in ordered if _is_kept(tried, law_fit, most_waiting)), None)
 
 
-def _is_kept(longer: Measured, shorter: LawFit, waiting: int) -> bool:
+def _is_kept(longer: Measured, shorter: LawFit, most_waiting: int) -> bool:
     """Return whether the last law, which leads, helps over whole windows, lasts, is of the rig."""
     case, split = longer.case, longer.split
     whole = [
@@ -192,19 +194,19 @@ def _is_kept(longer: Measured, shorter: LawFit, waiting: int) -> bool:
         for fit in (longer.law_fit.fit, shorter.fit)
     ]
     lasts = whole[0] < whole[1] and is_seen_in_halves(case, split, longer.law_fit, shorter)
-    return lasts and _is_of_rig(longer, waiting)
+    return lasts and _is_of_rig(longer, most_waiting)
 
 
-def _is_of_rig(measured: Measured, waiting: int = 0) -> bool:
+def _is_of_rig(measured: Measured, most_waiting: int = 0) -> bool:
     """Return whether every curve over time has a formula, but for so many curves that wait.
 
     A free curve over time takes whatever one recording leaves, instant by instant, and would be
     played back in the next; a formula over time (a rig that warms up) may hold there again.
     """
     over_time = _list_over_time(measured)
-    if len(over_time) <= waiting:
+    if len(over_time) <= most_waiting:
         return True
-    return sum(measured.named[1][k].shape is None for k in over_time) <= waiting
+    return sum(measured.named[1][k].shape is None for k in over_time) <= most_waiting
 
 
 def _needs_curves_over_time(measured: Measured) -> bool:
@@ -236,7 +238,7 @@ def _list_over_time(measured: Measured) -> list[int]:
     return [k for k, curve in enumerate(curves) if curve.kind.variable is Variable.TIME]
 
 
-def _fit_longer(case: Case, split: Split, law_fit: LawFit, candidate: Ranked) -> LawFit:
+def fit_longer(case: Case, split: Split, law_fit: LawFit, candidate: Ranked) -> LawFit:
     """Return the fit with one law more; its smoothness is chosen again near where the fit ends.
 
     Knots are doubled as long as the law's effective parameters are about as many: such a curve
@@ -259,7 +261,7 @@ def _fit_longer(case: Case, split: Split, law_fit: LawFit, candidate: Ranked) ->
     if priors[-1].effective > decisions.LAW_MOST_EFFECTIVE * len(candidate.curve.knots):
         finer = _refine(candidate.curve, priors[-1], begun.values[-1])
         if finer is not None:
-            return _fit_longer(case, split, law_fit, finer)
+            return fit_longer(case, split, law_fit, finer)
     longer = fit_laws(case, split, begun.fit, curves, priors, begun.inflation, begun.system)
     lead: Lead = compute_lead(longer.fit, law_fit.fit)
     return replace(longer, lead=lead)

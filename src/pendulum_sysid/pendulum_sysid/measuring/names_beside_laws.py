@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,13 +11,14 @@ from pendulum_sysid import decisions
 from pendulum_sysid.finding.effect_forces import EffectForces
 from pendulum_sysid.finding.judge import compute_lead
 from pendulum_sysid.measuring.curve import LEVELS, PARTS, Curve
-from pendulum_sysid.measuring.measure import Measured
-from pendulum_sysid.measuring.penalised_fit import fit_laws
-from pendulum_sysid.measuring.ranking import add_by_one_step
+from pendulum_sysid.measuring.measure import Measured, fit_longer
+from pendulum_sysid.measuring.penalised_fit import LawFit, fit_laws
+from pendulum_sysid.measuring.ranking import step_to_curves
+from pendulum_sysid.records import Fit
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Effect, Form
-from pendulum_twin.laws.kind import LawKind
+from pendulum_twin.laws.kind import LawKind, Variable
 from pendulum_twin.parameter_vector import SLOTS, get_neutral_values
 
 
@@ -37,58 +38,116 @@ def list_sized(measured: Measured, names: Sequence[str]) -> list[str]:
     ]
 
 
-def list_needed(measured: Measured, sized: Sequence[str]) -> tuple[str, ...]:
-    """Return the effects without which a fit with the same laws is worse on windows left out.
+def leave_out_names(measured: Measured, sized: Sequence[str]) -> dict[str, LawFit]:
+    """Return the fit with the same laws without each effect, by the effect's name.
 
     sized: see `list_sized`.
-
-    Laws take what had no name. An effect that they can stand for may have stood for that; an
-    effect that they cannot stand for is there by itself.
     """
-    law_fit, needed = measured.law_fit, []
+    law_fit, without = measured.law_fit, {}
     for name in sized:
         start = law_fit.fit
         theta = start.theta.copy()
         theta[SLOTS[name]] = get_neutral_values(BY_NAME[name])
-        effects = tuple(effect for effect in start.effects if effect != name)
-        less = fit_laws(
+        without[name] = fit_laws(
             measured.case,
             measured.split,
-            replace(start, theta=theta, effects=effects),
+            replace(start, theta=theta, effects=tuple(e for e in start.effects if e != name)),
             law_fit.curves,
             law_fit.priors,
             law_fit.inflation,
         )
-        if compute_lead(start, less.fit).is_real:
-            needed.append(name)
-    return tuple(needed)
+    return without
+
+
+def list_needed(measured: Measured, without: Mapping[str, LawFit]) -> tuple[str, ...]:
+    """Return the effects without which a fit with the same laws is worse on windows left out.
+
+    without: fits without each effect, see `leave_out_names`.
+
+    Laws take what had no name. An effect that they can stand for may have stood for that; an
+    effect that they cannot stand for is there by itself.
+    """
+    fit = measured.law_fit.fit
+    return tuple(name for name, less in without.items() if compute_lead(fit, less.fit).is_real)
+
+
+def list_stand_ins(measured: Measured, without: Mapping[str, LawFit]) -> list[str]:
+    """Return the effects that give way to another law: they stand for that law.
+
+    without: fits without each effect, see `leave_out_names`.
+
+    A cause keeps its size when a law is added that helps; a stand-in gives way by more than a
+    fifth of its force (`SHAPE_TOLERANCE` of its power). All laws are asked to first order; a law
+    to which an effect would give way is fitted, and has to help on windows left out. Curves over
+    time are not asked: they follow whatever is left. An effect beside which little is left cannot
+    give way.
+    """
+    case, split, law_fit = measured.case, measured.split, measured.law_fit
+    theta, stand_ins = law_fit.fit.theta, set[str]()
+    asked = {name for name, less in without.items() if _is_much_left(law_fit.fit, less.fit)}
+    if not asked:
+        return []
+    forces = EffectForces(case, theta)
+    for candidate, stepped in step_to_curves(case, split, law_fit):
+        curve = candidate.curve
+        if curve.kind.variable is Variable.TIME:
+            continue
+        would = [
+            name
+            for name in sorted(asked - stand_ins)
+            if not is_of_kind(curve, name) and _gives_way(forces, name, theta, stepped)
+        ]
+        if not would:
+            continue
+        try:
+            longer = fit_longer(case, split, law_fit, candidate)
+        except np.linalg.LinAlgError:
+            continue
+        if longer.lead is not None and longer.lead.is_real:
+            stand_ins |= {n for n in would if _gives_way(forces, n, theta, longer.fit.theta)}
+    return sorted(stand_ins)
+
+
+def _is_much_left(fit: Fit, without: Fit) -> bool:
+    """Return whether a fit leaves more than SHAPE_TOLERANCE of the power that an effect takes.
+
+    without: the fit without the effect.
+    """
+    taken = without.choose**2 - fit.choose**2
+    return fit.choose**2 > decisions.SHAPE_TOLERANCE * taken
+
+
+def _gives_way(forces: EffectForces, name: str, theta: Floats, other: Floats) -> bool:
+    """Return whether an effect's force is less in another twin; thetas (SIZE,) of both."""
+    changed = theta.copy()
+    changed[SLOTS[name]] = other[SLOTS[name]]
+    before, after = (forces.compute(values, [name])[0] for values in (theta, changed))
+    least = 1.0 - np.sqrt(decisions.SHAPE_TOLERANCE)
+    return bool(before @ after < least * before @ before)
 
 
 def list_lesser_parts(measured: Measured, names: Sequence[str]) -> list[str]:
     """Return the effects among names that are a part of a law and smaller than the rest of it.
 
     The error of a disc may have any shape. The first wave of that error (`Effect.law_parts`) is a
-    name only where the wave is larger than the rest of the error. Where no law of that kind was
-    measured, it is tried to first order.
+    name only where the wave is larger than the rest of the error.
     """
     law_fit, lesser = measured.law_fit, []
-    for name in (name for name in names if BY_NAME[name].law_parts):
-        kind = BY_NAME[name].law_kind
-        alike = [curve for curve in law_fit.curves if curve.kind.name == kind]
-        beside = (
-            (alike[0], law_fit.fit.theta)
-            if alike
-            else add_by_one_step(measured.case, measured.split, law_fit, kind)
-        )
-        if beside is not None and _is_lesser_part(*beside, name):
-            lesser.append(name)
+    for curve in law_fit.curves:
+        for name in names:
+            if BY_NAME[name].law_parts and BY_NAME[name].law_kind == curve.kind.name:
+                parts = np.array([PARTS[part](curve.knots) for part in BY_NAME[name].law_parts])
+                own = law_fit.fit.theta[SLOTS[name]] @ parts
+                if _measure_power(curve, own) < _measure_power(
+                    curve, curve.get_values(law_fit.fit.theta)
+                ):
+                    lesser.append(name)
     return lesser
 
 
-def _is_lesser_part(curve: Curve, theta: Floats, name: str) -> bool:
-    parts = np.array([PARTS[part](curve.knots) for part in BY_NAME[name].law_parts])
-    own = np.average((theta[SLOTS[name]] @ parts) ** 2, weights=curve.visits)
-    return bool(own < np.average(curve.get_values(theta) ** 2, weights=curve.visits))
+def _measure_power(curve: Curve, values: Floats) -> float:
+    """Return the mean square of values (knots,) over the places that were visited."""
+    return float(np.average(values**2, weights=curve.visits))
 
 
 def list_bent(measured: Measured, names: Sequence[str]) -> list[str]:

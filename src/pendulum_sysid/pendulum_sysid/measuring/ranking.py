@@ -5,7 +5,7 @@ Rao, Proc. Cambridge Phil. Soc. 44 (1948) 50.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,48 +51,30 @@ def rank_curves(case: Case, split: Split, law_fit: LawFit) -> list[Ranked]:
 
     A law that the given twin has stays as it is; where the twin can hold no more there are none.
     """
-    start = law_fit.fit
-    known = list_law_kinds(start.theta)
-    if len(known) >= MOST_LAWS:
-        return []
-    trial = _begin_trial(case, split, law_fit)
-    ranked = []
-    for curve in list_curves(case, start.theta, start.effects):
-        tried = None if curve.kind in known else _try_curve(trial, curve)
-        if tried is not None:
-            ranked.append(tried[0])
+    ranked = [candidate for _, candidate, _ in _try_curves(case, split, law_fit)]
     return sorted(ranked, key=lambda candidate: -candidate.prior.evidence)
 
 
-def add_by_one_step(
-    case: Case, split: Split, law_fit: LawFit, kind: str
-) -> tuple[Curve, Floats] | None:
-    """Return a curve of a kind and theta (SIZE,) with it, all else following to first order.
+def step_to_curves(case: Case, split: Split, law_fit: LawFit) -> list[tuple[Ranked, Floats]]:
+    """Return the same curves, the likeliest first, each with theta (SIZE,) after its step.
 
-    None where the recording is not likelier with the curve, or the given twin has such a law.
+    All other parameters follow the step.
     """
-    start = law_fit.fit
-    known = list_law_kinds(start.theta)
-    possible = list_curves(case, start.theta, start.effects)
-    curve = next((curve for curve in possible if curve.kind.name == kind), None)
-    if curve is None or curve.kind in known or len(known) >= MOST_LAWS:
-        return None
-    trial = _begin_trial(case, split, law_fit)
-    tried = _try_curve(trial, curve)
-    if tried is None:
-        return None
-    ranked, system = tried
-    theta = start.theta.copy()
-    curve.put(theta, np.zeros(len(curve.knots)))
-    free = (*trial.own, *curve.list_free(find_slot(theta, curve.kind)))
-    curves, priors = (*law_fit.curves, curve), (*law_fit.priors, ranked.prior)
-    precision = _make_whole_precision(len(free), curves, priors, law_fit.inflation)
-    gradient = system.gradient - precision @ scale_values(free, theta)
-    step = np.linalg.lstsq(system.normal + precision, gradient, rcond=1e-12)[0]
-    for parameter, change in zip(free, step, strict=True):
-        value = parameter.get(theta) + change * parameter.size
-        parameter.put(theta, float(np.clip(value, parameter.low, parameter.high)))
-    return curve, theta
+    steps = []
+    for trial, candidate, system in _try_curves(case, split, law_fit):
+        theta = law_fit.fit.theta.copy()
+        candidate.curve.put(theta, np.zeros(len(candidate.curve.knots)))
+        slot = find_slot(theta, candidate.curve.kind)
+        free = (*trial.own, *candidate.curve.list_free(slot))
+        curves, priors = (*law_fit.curves, candidate.curve), (*law_fit.priors, candidate.prior)
+        precision = _make_whole_precision(len(free), curves, priors, law_fit.inflation)
+        gradient = system.gradient - precision @ scale_values(free, theta)
+        step = np.linalg.lstsq(system.normal + precision, gradient, rcond=1e-12)[0]
+        for parameter, change in zip(free, step, strict=True):
+            value = parameter.get(theta) + change * parameter.size
+            parameter.put(theta, float(np.clip(value, parameter.low, parameter.high)))
+        steps.append((candidate, theta))
+    return sorted(steps, key=lambda step: -step[0].prior.evidence)
 
 
 @dataclass(frozen=True)
@@ -103,6 +85,21 @@ class _Trial:
     problem: Problem
     own: tuple[Free, ...]
     errors: NeighbourErrors
+
+
+def _try_curves(
+    case: Case, split: Split, law_fit: LawFit
+) -> Iterator[tuple[_Trial, Ranked, System]]:
+    """Yield every curve that makes the recording likelier, with the normal equations with it."""
+    start = law_fit.fit
+    known = list_law_kinds(start.theta)
+    if len(known) >= MOST_LAWS:
+        return
+    trial = _begin_trial(case, split, law_fit)
+    for curve in list_curves(case, start.theta, start.effects):
+        tried = None if curve.kind in known else _try_curve(trial, curve)
+        if tried is not None:
+            yield trial, *tried
 
 
 def _begin_trial(case: Case, split: Split, law_fit: LawFit) -> _Trial:
