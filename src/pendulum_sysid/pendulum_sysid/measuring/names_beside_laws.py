@@ -77,34 +77,34 @@ def list_stand_ins(measured: Measured, without: Mapping[str, LawFit]) -> list[st
     without: fits without each effect, see `leave_out_names`.
 
     A cause keeps its size when a law is added that helps; a stand-in gives way by more than a
-    fifth of its force (`SHAPE_TOLERANCE` of its power). All laws are asked to first order; a law
-    to which an effect would give way is fitted, and has to help on windows left out. Curves over
-    time are not asked: they follow whatever is left. An effect beside which little is left cannot
-    give way.
+    fifth of its force (`SHAPE_TOLERANCE` of its power). All laws are tried to first order; a law
+    to which an effect would give way is fitted, and has to help on windows left out. A part that
+    effect and law share stays with the effect, which has no prior. Curves over time are not tried:
+    they follow whatever is left. An effect beside which little is left cannot give way.
     """
     case, split, law_fit = measured.case, measured.split, measured.law_fit
     theta, stand_ins = law_fit.fit.theta, set[str]()
-    asked = {name for name, less in without.items() if _is_much_left(law_fit.fit, less.fit)}
-    if not asked:
+    weak = {name for name, less in without.items() if _is_much_left(law_fit.fit, less.fit)}
+    if not weak:
         return []
     forces = EffectForces(case, theta)
     for candidate, stepped in step_to_curves(case, split, law_fit):
         curve = candidate.curve
         if curve.kind.variable is Variable.TIME:
             continue
-        would = [
+        yielding = [
             name
-            for name in sorted(asked - stand_ins)
+            for name in sorted(weak - stand_ins)
             if not is_of_kind(curve, name) and _gives_way(forces, name, theta, stepped)
         ]
-        if not would:
+        if not yielding:
             continue
         try:
             longer = fit_longer(case, split, law_fit, candidate)
         except np.linalg.LinAlgError:
             continue
         if longer.lead is not None and longer.lead.is_real:
-            stand_ins |= {n for n in would if _gives_way(forces, n, theta, longer.fit.theta)}
+            stand_ins |= {n for n in yielding if _gives_way(forces, n, theta, longer.fit.theta)}
     return sorted(stand_ins)
 
 
