@@ -1,6 +1,6 @@
 """Inject a law without a name, and measure it: kind, values, band, and what it does elsewhere."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,6 +8,7 @@ import pytest
 from support.made_recordings import INTECO, made, made_states, sweep
 
 from pendulum_sysid import decisions
+from pendulum_sysid.finding.judge import compute_lead
 from pendulum_sysid.finding.localisation.balance import compute_motion
 from pendulum_sysid.fitting.fit import HORIZONS, fit, fit_own_parameters
 from pendulum_sysid.measuring import curve as curve_module
@@ -305,34 +306,57 @@ def test_a_curve_over_time_waits_for_its_formula_until_other_laws_are_measured()
     assert wave.values[wave.names.index("period")] == pytest.approx(8.3, abs=0.05)
 
 
-def make_scripted(kinds: tuple[str, ...], formulas: tuple[bool, ...], choose: float):
-    """Return what stands for a fit with laws: their kinds, and which have formulas."""
-    curves = tuple(SimpleNamespace(kind=BY_NAME[kind]) for kind in kinds)
-    named = tuple(SimpleNamespace(shape=formula or None) for formula in formulas)
-    law_fit = SimpleNamespace(curves=curves, fit=SimpleNamespace(choose=choose))
-    return SimpleNamespace(law_fit=law_fit, named=(None, named), is_at_noise=False, kinds=kinds)
+@dataclass(frozen=True)
+class Scripted:
+    """Stand for a fit with laws: their kinds, and which have formulas."""
+
+    kinds: tuple[str, ...]
+    formulas: tuple[bool, ...]
+    choose: float
+    is_at_noise = False
+
+    @property
+    def law_fit(self):
+        curves = tuple(SimpleNamespace(kind=BY_NAME[kind]) for kind in self.kinds)
+        return SimpleNamespace(curves=curves, fit=SimpleNamespace(choose=self.choose))
+
+    @property
+    def named(self):
+        return None, tuple(SimpleNamespace(shape=formula or None) for formula in self.formulas)
 
 
+@pytest.mark.parametrize("helps", [True, False])
 @pytest.mark.parametrize("comes", [True, False])
-def test_a_curve_over_time_waits_until_its_formula_comes(comes, monkeypatch):
-    """No later law takes a formula away; without one, laws are measured without waiting."""
+def test_a_curve_over_time_waits_until_its_formula_comes(comes, helps, monkeypatch):
+    """No later law takes a formula away; without a formula the curve goes, and others may stay."""
     gain, drag = "drive_gain_over_time", "cart_drag_along_rail"
     waits = []
 
     def add(measured, report, most_waiting):
         waits.append(most_waiting)
         if most_waiting == 1 and not measured.kinds:
-            return make_scripted((gain,), (False,), 20.0)
+            return Scripted((gain,), (False,), 20.0)
         if measured.kinds == (gain,):
-            return make_scripted((gain, drag), (comes, False), 2.0)
+            return Scripted((gain, drag), (comes, False), 2.0)
         return None
 
-    monkeypatch.setattr(measure_module, "Measured", lambda *_: make_scripted((), (), 40.0))
-    monkeypatch.setattr(measure_module, "_add_law", add)
-    monkeypatch.setattr(measure_module, "_needs_curves_over_time", lambda measured: True)
-    held = measure_laws(None, None, None, lambda line: None)
+    stand_ins = {
+        "Measured": lambda *_: Scripted((), (), 40.0),
+        "_add_law": add,
+        "_leave_curves_out": lambda measured, which: Scripted((drag,), (False,), 9.0),
+        "_list_idle_over_time": lambda measured: [0] * (not comes),
+        "compute_lead": lambda rich, simple: SimpleNamespace(is_real=helps),
+        "is_seen_in_halves": lambda *about: True,
+    }
+    for name, stand_in in stand_ins.items():
+        monkeypatch.setattr(measure_module, name, stand_in)
+    begun = SimpleNamespace(fit=None)
+    held = measure_laws(None, None, begun, lambda line: None)
     assert waits == ([1, 1, 0] if comes else [1, 1, 1, 0])
-    assert held.kinds == (gain, drag) if comes else held is None
+    if comes:
+        assert held.kinds == (gain, drag)
+    else:
+        assert held.kinds == (drag,) if helps else held is None
 
 
 def test_a_curve_over_time_that_other_laws_can_do_without_is_not_needed(monkeypatch):
@@ -346,7 +370,10 @@ def test_a_curve_over_time_that_other_laws_can_do_without_is_not_needed(monkeypa
     longer = measure_module.fit_longer(case, split, measured.law_fit, likely[gain])
     idle = replace(measured, law_fit=longer)
     assert idle.kinds == (drag, gain)
-    assert not measure_module._needs_curves_over_time(idle)
+    without = measure_module._leave_curves_out(idle, [1])
+    assert without.kinds == (drag,)
+    assert not compute_lead(idle.law_fit.fit, without.law_fit.fit).is_real
+    assert measure_module._list_idle_over_time(idle) == [1]
 
 
 def test_nothing_is_measured_where_nothing_is_missing():
@@ -457,8 +484,7 @@ def test_a_level_of_dry_friction_is_a_name_where_the_level_hardly_varies(level_n
 )
 def test_names_stay_beside_laws_where_the_laws_alone_err_alike(simple, rich, has_names, better):
     def make_measured(misfit):
-        fit = SimpleNamespace(choose=misfit)
-        return SimpleNamespace(is_at_noise=False, law_fit=SimpleNamespace(fit=fit))
+        return SimpleNamespace(is_at_noise=False, named=(SimpleNamespace(choose=misfit), ()))
 
     assert is_better(make_measured(simple), make_measured(rich), has_names) is better
 

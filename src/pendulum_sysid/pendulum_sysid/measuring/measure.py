@@ -69,8 +69,8 @@ def measure_best_laws(
     (`names_beside_laws`). Effects that are no names do not.
 
     Runs take long steps while laws are tried; the laws that are kept are fitted with the twin's
-    own steps. A curve over time whose formula is lost there would be played in the next recording,
-    so there are no laws then.
+    own steps. A curve over time whose formula is lost there goes: it would be played in the next
+    recording.
 
     starts: fits without laws, the simplest first. A start whose first law explains less than the
         effects of the last start is given up.
@@ -90,12 +90,14 @@ def measure_best_laws(
             best = measured
         if best.is_at_noise and len(best.law_fit.curves) == 1:
             break
-    if best is None or not compute_lead(best.law_fit.fit, named).is_real:
+    if best is None or not compute_lead(best.named[0], named).is_real:
         return None
     coarse = best.law_fit
     fine = fit_laws(case, split, coarse.fit, coarse.curves, coarse.priors, coarse.inflation)
     measured = Measured(case, split, replace(fine, lead=coarse.lead))
-    return measured if _is_of_rig(measured) else None
+    lost = [k for k in _list_over_time(measured) if measured.named[1][k].shape is None]
+    kept = _leave_curves_out(measured, lost) if lost else measured
+    return kept if kept.law_fit.curves else None
 
 
 def is_better(simple: Measured, rich: Measured, has_names: bool) -> bool:
@@ -109,9 +111,9 @@ def is_better(simple: Measured, rich: Measured, has_names: bool) -> bool:
         return len(simple.law_fit.curves) <= len(rich.law_fit.curves)
     if simple.is_at_noise != rich.is_at_noise:
         return simple.is_at_noise
-    misfit = simple.law_fit.fit.choose
+    misfit = simple.named[0].choose
     least = compute_least_ratio(misfit) if has_names else 1.0
-    return rich.law_fit.fit.choose >= least * misfit
+    return rich.named[0].choose >= least * misfit
 
 
 def measure_laws(
@@ -121,15 +123,19 @@ def measure_laws(
 
     One curve over time may wait for its formula until the other laws are measured: what they would
     explain clouds its shape. Where no formula comes, or the other laws do as well without the
-    curve, laws are measured again without waiting.
+    curve, the curve goes, and laws are measured on from the others without waiting.
 
     begun: the fit with the effects that were named so far, and no laws.
     most: misfit, in units of noise, that the first law may leave for a second law to be measured.
     """
     start = Measured(case, split, begun)
     measured = _add_laws(start, report, most, most_waiting=1)
-    if not (_is_of_rig(measured) and _needs_curves_over_time(measured)):
-        measured = _add_laws(start, report, most, most_waiting=0)
+    idle = _list_idle_over_time(measured)
+    if idle:
+        others = _leave_curves_out(measured, idle)
+        lead = compute_lead(others.law_fit.fit, begun.fit)
+        helps = lead.is_real and is_seen_in_halves(case, split, others.law_fit, begun)
+        measured = _add_laws(others if helps else start, report, most, most_waiting=0)
     return measured if measured.law_fit.curves else None
 
 
@@ -141,17 +147,17 @@ def _add_laws(measured: Measured, report: Progress, most: float, most_waiting: i
     most_waiting: number of curves over time that may stay without a formula.
     """
     while len(measured.law_fit.curves) < decisions.LAWS_MEASURED:
+        if measured.law_fit.curves and _is_of_rig(measured):
+            if measured.is_at_noise:
+                break
+            if _list_over_time(measured):
+                most_waiting = 0
         longer = _add_law(measured, report, most_waiting)
         if longer is None:
             break
         measured = longer
         if measured.law_fit.fit.choose > most:
             break
-        if _is_of_rig(measured):
-            if measured.is_at_noise:
-                break
-            if _list_over_time(measured):
-                most_waiting = 0
     return measured
 
 
@@ -209,27 +215,36 @@ def _is_of_rig(measured: Measured, most_waiting: int = 0) -> bool:
     return sum(measured.named[1][k].shape is None for k in over_time) <= most_waiting
 
 
-def _needs_curves_over_time(measured: Measured) -> bool:
-    """Return whether the fit is worse without any of its curves over time, the others following.
+def _list_idle_over_time(measured: Measured) -> list[int]:
+    """Return the curves over time without a formula, or without which the fit is no worse.
 
     A curve that waited was judged before the other laws, and may have stood for them.
     """
+    fit, named = measured.law_fit.fit, measured.named[1]
+    return [
+        k
+        for k in _list_over_time(measured)
+        if named[k].shape is None
+        or not compute_lead(fit, _leave_curves_out(measured, [k]).law_fit.fit).is_real
+    ]
+
+
+def _leave_curves_out(measured: Measured, which: Sequence[int]) -> Measured:
+    """Return the fit without some of its curves, the others following."""
     law_fit = measured.law_fit
-    for k in _list_over_time(measured):
-        theta = law_fit.fit.theta.copy()
+    theta = law_fit.fit.theta.copy()
+    for k in which:
         law_fit.curves[k].put(theta, np.zeros(len(law_fit.curves[k].knots)))
-        others = [n for n in range(len(law_fit.curves)) if n != k]
-        less = fit_laws(
-            measured.case,
-            measured.split,
-            replace(law_fit.fit, theta=theta),
-            tuple(law_fit.curves[n] for n in others),
-            tuple(law_fit.priors[n] for n in others),
-            law_fit.inflation,
-        )
-        if not compute_lead(law_fit.fit, less.fit).is_real:
-            return False
-    return True
+    others = [n for n in range(len(law_fit.curves)) if n not in which]
+    less = fit_laws(
+        measured.case,
+        measured.split,
+        replace(law_fit.fit, theta=theta),
+        tuple(law_fit.curves[n] for n in others),
+        tuple(law_fit.priors[n] for n in others),
+        law_fit.inflation,
+    )
+    return replace(measured, law_fit=less)
 
 
 def _list_over_time(measured: Measured) -> list[int]:

@@ -84,8 +84,8 @@ def list_stand_ins(measured: Measured, without: Mapping[str, LawFit]) -> list[st
     """
     case, split, law_fit = measured.case, measured.split, measured.law_fit
     theta, stand_ins = law_fit.fit.theta, set[str]()
-    weak = {name for name, less in without.items() if _is_much_left(law_fit.fit, less.fit)}
-    if not weak:
+    doubtful = {name for name, less in without.items() if _is_much_left(law_fit.fit, less.fit)}
+    if not doubtful:
         return []
     forces = EffectForces(case, theta)
     for candidate, stepped in step_to_curves(case, split, law_fit):
@@ -94,7 +94,7 @@ def list_stand_ins(measured: Measured, without: Mapping[str, LawFit]) -> list[st
             continue
         yielding = [
             name
-            for name in sorted(weak - stand_ins)
+            for name in sorted(doubtful - stand_ins)
             if not is_of_kind(curve, name) and _gives_way(forces, name, theta, stepped)
         ]
         if not yielding:

@@ -56,15 +56,14 @@ def rank_curves(case: Case, split: Split, law_fit: LawFit) -> list[Ranked]:
 
 
 def step_to_curves(case: Case, split: Split, law_fit: LawFit) -> list[tuple[Ranked, Floats]]:
-    """Return the same curves, the likeliest first, each with theta (SIZE,) after its step.
+    """Return the curves of `rank_curves`, each with theta (SIZE,) after its linearised step.
 
     All other parameters follow the step.
     """
     steps = []
     for trial, candidate, system in _try_curves(case, split, law_fit):
         theta = law_fit.fit.theta.copy()
-        candidate.curve.put(theta, np.zeros(len(candidate.curve.knots)))
-        slot = find_slot(theta, candidate.curve.kind)
+        slot = candidate.curve.put(theta, np.zeros(len(candidate.curve.knots)))
         free = (*trial.own, *candidate.curve.list_free(slot))
         curves, priors = (*law_fit.curves, candidate.curve), (*law_fit.priors, candidate.prior)
         precision = _make_whole_precision(len(free), curves, priors, law_fit.inflation)
