@@ -57,7 +57,7 @@ def search(recordings: list[Recording]) -> tuple[Case, Split, Answer]:
 
 
 def test_what_a_gentle_recording_ties_the_next_experiment_parts() -> None:
-    first = record(make_gentle_sweep(24, 0.05))
+    first = record(make_gentle_sweep(14, 0.05))
     case, split, answer = search([first])
     tied = [tie for tie in answer.ties if not tie.by_no_motion]
     assert [{tie.effect, tie.rival} for tie in tied] == [{"motor_lag", "input_delay"}]

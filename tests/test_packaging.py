@@ -1,44 +1,31 @@
 """Hold what `pip install`, `colcon build` and `ros2 run` need of the four packages."""
 
 import ast
+import functools
 import os
 import re
-import shutil
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
+from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
 
 import pytest
+from support.built_packages import (
+    PACKAGES,
+    assert_colcon_install,
+    assert_executables,
+    assert_shared_files,
+    copy_sources,
+    list_console_scripts,
+    run,
+)
 from support.paths import ROOT
 
-PACKAGES = ["pendulum_bridge", "pendulum_rl_env", "pendulum_sysid", "pendulum_twin"]
 ROS_IS_SOURCED = "AMENT_PREFIX_PATH" in os.environ and os.environ.get("ROS_DISTRO") == "jazzy"
 LOCK = (ROOT / "requirements.lock").read_text().splitlines()
 DEPEND_TAGS = ("depend", "exec_depend")
-SHARED = (
-    "launch",
-    "config",
-    "rviz",
-    "foxglove",
-)  # folders of pendulum_bridge that launch files look for in its share
-
-
-def run(*command: str | Path, **environment: str) -> str:
-    """Run a command to its end and return its output; fail with both its streams."""
-    done = subprocess.run(
-        command, env=os.environ | environment, capture_output=True, text=True, timeout=300
-    )
-    assert done.returncode == 0, (
-        f"{command} ended with {done.returncode}\n{done.stdout}\n{done.stderr}"
-    )
-    return done.stdout
-
-
-def console_scripts(package: str) -> metadata.EntryPoints:
-    """Return a package's executables, without its plug-ins for other libraries."""
-    return metadata.distribution(package).entry_points.select(group="console_scripts")
 
 
 def normal(name: str) -> str:
@@ -67,43 +54,13 @@ def third_party_imports(package: str) -> set[str]:
     return names - sys.stdlib_module_names
 
 
-SCRIPTS = [script for package in PACKAGES for script in console_scripts(package)]
+@functools.cache
+def list_distributions() -> Mapping[str, list[str]]:
+    """Return importable name -> distributions: all that is installed is read once."""
+    return metadata.packages_distributions()
 
 
-@pytest.fixture(scope="module")
-def sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Copy src/, so that a build leaves nothing behind and sees no earlier build."""
-    copy = tmp_path_factory.mktemp("workspace") / "src"
-    shutil.copytree(
-        ROOT / "src", copy, ignore=shutil.ignore_patterns("build", "*.egg-info", "__pycache__")
-    )
-    return copy
-
-
-def assert_executables(prefix: Path, package: str) -> None:
-    """Check that lib/<package>/<name> is executable and hands its arguments to bin/<name>."""
-    for script in console_scripts(package):
-        wrapper, real = prefix / "lib" / package / script.name, prefix / "bin" / script.name
-        assert os.access(real, os.X_OK), f"{real} is missing or not executable"
-        assert os.access(wrapper, os.X_OK), f"{wrapper} is missing or not executable"
-        real.write_text('#!/bin/sh\necho "$0" "$@"\n')
-        assert run(wrapper, "one", "two words").split(" ", 1)[1] == "one two words\n"
-
-
-def read_files(folder: Path) -> dict[str, bytes]:
-    """Return name -> bytes of a folder's files, without folders such as __pycache__."""
-    return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
-
-
-def assert_shared_files(prefix: Path) -> None:
-    """Check that share/pendulum_bridge has every file of the folders that are shared."""
-    for folder in SHARED:
-        here, there = (
-            ROOT / "src" / "pendulum_bridge" / folder,
-            prefix / "share" / "pendulum_bridge" / folder,
-        )
-        files = read_files(here)
-        assert files and read_files(there) == files
+SCRIPTS = [script for package in PACKAGES for script in list_console_scripts(package)]
 
 
 def test_lock_is_nothing_but_exact_versions() -> None:
@@ -147,7 +104,7 @@ def test_console_script_can_be_called(script: metadata.EntryPoint) -> None:
 @pytest.mark.parametrize("package", PACKAGES)
 def test_wrappers_are_one_a_script(package: str) -> None:
     wrappers = {path.name: path for path in (ROOT / "src" / package / "lib").glob("*")}
-    assert set(wrappers) == {script.name for script in console_scripts(package)}
+    assert set(wrappers) == {script.name for script in list_console_scripts(package)}
     assert all(os.access(path, os.X_OK) for path in wrappers.values())
 
 
@@ -166,7 +123,7 @@ def test_every_import_is_declared(package: str) -> None:
     ros = {element.text for tag in DEPEND_TAGS for element in package_xml(package).iter(tag)}
     required = metadata.requires(package) or []
     pip = {normal(re.split(r"[^A-Za-z0-9._-]", line, maxsplit=1)[0]) for line in required}
-    distributions = metadata.packages_distributions()
+    distributions = list_distributions()
     undeclared = {
         name
         for name in third_party_imports(package) - ros
@@ -177,7 +134,7 @@ def test_every_import_is_declared(package: str) -> None:
     )
 
 
-def test_pip_install(sources: Path, tmp_path: Path) -> None:
+def test_pip_install(tmp_path: Path) -> None:
     options = [
         "--quiet",
         "--no-deps",
@@ -185,35 +142,20 @@ def test_pip_install(sources: Path, tmp_path: Path) -> None:
         "--use-pep517",
         "--ignore-installed",
     ]
+    sources, prefix = copy_sources(tmp_path), tmp_path / "prefix"
     folders = [sources / package for package in PACKAGES]
-    run(sys.executable, "-m", "pip", "install", *options, "--prefix", tmp_path, *folders)
+    run(sys.executable, "-m", "pip", "install", *options, "--prefix", prefix, *folders)
     for package in PACKAGES:
-        assert (tmp_path / "share/ament_index/resource_index/packages" / package).is_file()
-        assert (tmp_path / "share" / package / "package.xml").is_file()
-        assert_executables(tmp_path, package)
-    assert_shared_files(tmp_path)
-
-
-@pytest.mark.parametrize("options", [[], ["--symlink-install"]], ids=["copied", "symlinked"])
-def test_colcon_build(sources: Path, tmp_path: Path, options: list[str]) -> None:
-    colcon = Path(sys.executable).parent / "colcon"
-    places = [f"--{place}={tmp_path / place}" for place in ("build-base", "install-base")]
-    run(
-        colcon,
-        f"--log-base={tmp_path / 'log'}",
-        "build",
-        *places,
-        "--base-paths",
-        sources,
-        *options,
-    )
-    for package in PACKAGES:
-        prefix = tmp_path / "install-base" / package
         assert (prefix / "share/ament_index/resource_index/packages" / package).is_file()
         assert (prefix / "share" / package / "package.xml").is_file()
-        where = f'. "$0" && "$1" -c "import {package}; print({package}.__file__)"'
-        setup = prefix / "share" / package / "package.sh"
-        found = run("sh", "-c", where, setup, sys.executable, COLCON_CURRENT_PREFIX=str(prefix))
-        assert str(tmp_path) in found, "sourcing the installed package leads to another copy of it"
         assert_executables(prefix, package)
-    assert_shared_files(tmp_path / "install-base" / "pendulum_bridge")
+    assert_shared_files(prefix)
+
+
+def test_colcon_builds_links(tmp_path: Path) -> None:
+    """Copies, without --symlink-install, are built and looked at by `test_readme.py`."""
+    sources, colcon = copy_sources(tmp_path), Path(sys.executable).parent / "colcon"
+    build, install = tmp_path / "build", tmp_path / "install"
+    places = [f"--build-base={build}", f"--install-base={install}", "--base-paths", sources]
+    run(colcon, f"--log-base={tmp_path / 'log'}", "build", "--symlink-install", *places)
+    assert_colcon_install(install)

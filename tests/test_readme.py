@@ -12,6 +12,7 @@ import time
 from pathlib import Path
 
 import pytest
+from support.built_packages import assert_colcon_install
 from support.made_recordings import HANGING, INTECO, made
 from support.paths import ROOT
 
@@ -19,7 +20,7 @@ pytestmark = pytest.mark.long
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 LEFT_BEHIND = shutil.ignore_patterns(
-    ".venv",
+    ".venv*",
     ".git",
     "build",
     "install",
@@ -34,9 +35,20 @@ NOT_RUN = ("git clone ",)  # there is no place yet to clone from
 ONLY_PRINTED = re.compile(
     r"make (setup|test|check|bench)\b"
 )  # they would set up, or test, within a test
-SHORTER = ("--timesteps 100000", "--timesteps 4000")  # the test waits for no good policy
+SHORTER = {
+    "--timesteps 100000": "--timesteps 4000",  # the test waits for no good policy
+    "--effects 2": "--effects 2 --plan short_plan.yaml",  # nor does a minute pass in real time
+}
+SHORT_PLAN = """
+schema: pendulum_plan/1
+phases:
+  - {kind: push}
+  - {kind: chirp, seconds: 10, from_hz: 0.3, to_hz: 3, amplitude: 0.3}
+  - {kind: steps, seconds: 6, amplitude: 0.4, seed: 1}
+  - {kind: rest, seconds: 2, centred: true}
+"""
 STARTED = re.compile(r"\]: twin .* runs at .* Hz")
-LONGEST_S = 1200.0  # of one command: `make demo` alone takes 145 s on a slow machine
+LONGEST_S = 1200.0  # of one command: a slow machine takes minutes
 
 
 def commands(text: str) -> list[str]:
@@ -74,6 +86,7 @@ def workspace(tmp_path: Path) -> Path:
     assert up_to_date.returncode == 0, (
         "the venv that runs the tests is not what `make setup` makes: run `make setup`"
     )
+    (copy / "short_plan.yaml").write_text(SHORT_PLAN, encoding="utf-8")
     signals = made(INTECO, seconds=20.0).signals
     rows = zip(signals.command, signals.cart, signals.pole - HANGING[1], strict=True)
     lines = [
@@ -137,10 +150,19 @@ def said_until(words: re.Pattern[str], node: subprocess.Popen[bytes]) -> str:
     return said.decode(errors="replace")
 
 
+def shorten(command: str) -> str:
+    """Return the command as a test runs it: it does the same in less time."""
+    for long, short in SHORTER.items():
+        command = command.replace(long, short)
+    return command
+
+
 def test_every_command_of_the_readme_runs(workspace: Path) -> None:
-    asked = [one for one in commands(README) if not one.startswith(NOT_RUN)]
-    assert len(asked) >= 10
-    for command in (command.replace(*SHORTER) for command in asked):
+    """What `make colcon` installs there is whole, too: see `test_packaging.py`."""
+    to_run = [command for command in commands(README) if not command.startswith(NOT_RUN)]
+    assert len(to_run) >= 10
+    assert all(any(long in command for command in to_run) for long in SHORTER)
+    for command in map(shorten, to_run):
         if "ros2 run" in command and shutil.which("ros2") is None:
             command = command.replace(
                 "ros2 run pendulum_twin twin_node",
@@ -152,6 +174,7 @@ def test_every_command_of_the_readme_runs(workspace: Path) -> None:
             run_until_it_is_stopped(command, workspace)
         else:
             run_to_its_end(command, workspace)
+    assert_colcon_install(workspace / "install")
 
 
 def test_commands_are_read_as_a_shell_reads_them() -> None:

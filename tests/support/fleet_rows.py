@@ -1,7 +1,6 @@
-"""Rows of a store for tests, and tasks that workers run for tests of the engine."""
+"""Rows of a store for tests, and recordings of a fleet."""
 
 import os
-import time
 from collections.abc import Sequence
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -12,10 +11,8 @@ import yaml
 from pendulum_sysid.fleet.rows import RIG, RecordingRow, Result, SizeRow
 from pendulum_sysid.fleet.work import Work, examine_recording
 from pendulum_twin.arrays import Floats
-from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import save_twin
 from support.made_recordings import INTECO, made, made_bag
-from support.polling import until
 
 FIRST_DAY = datetime(2026, 1, 5, 7, 30, tzinfo=UTC)
 SIZES = {
@@ -84,23 +81,3 @@ def examine_or_die(work: Work) -> Result:
     if work.source.name.endswith("000"):
         os._exit(9)
     return examine_recording(work)
-
-
-def act_as_told(item: object) -> object:
-    """Square a number; a word says what to do instead. A path is written to by its worker."""
-    if item == "die":
-        os._exit(9)
-    if item == "hang":
-        time.sleep(1e6)  # longer than any time limit: the engine has to end it
-    if item == "complain":
-        raise BadInputError("no")
-    if isinstance(item, Path):
-        item.write_text(str(os.getpid()))
-        until(item.with_suffix(".go").is_file, "leave to go on")
-        return str(item)
-    return item * item
-
-
-def get_process(item: object) -> int:
-    """Return the process that runs the task."""
-    return os.getpid()

@@ -102,6 +102,10 @@ def begin_with_another_run(raw: RawRecording, random: np.random.Generator) -> Ra
     )
 
 
+def begin_and_stamp_wrongly(raw: RawRecording, random: np.random.Generator) -> RawRecording:
+    return stamp_wrongly(begin_with_another_run(raw, random), random)
+
+
 def wrap_angles(raw: RawRecording, random: np.random.Generator) -> RawRecording:
     return replace(raw, pole=np.mod(raw.pole + np.pi, 2 * np.pi) - np.pi)
 
@@ -164,6 +168,7 @@ ANSWERS = {
         _add_fault(stamp_wrongly, "jitter"),
         _add_fault(sample_unevenly, "jitter"),
         _add_fault(begin_with_another_run, "stale"),
+        _add_fault(begin_and_stamp_wrongly, "stale"),
         _add_fault(wrap_angles, "wrap"),
     )
 }

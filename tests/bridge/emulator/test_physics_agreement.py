@@ -168,8 +168,9 @@ def test_a_twin_that_knows_all_explains_a_recording_to_the_encoders_step(
 ) -> None:
     """Free runs of a second from the true states differ by rounding, in all but a few windows."""
     effects = {name: {key: sum(span) / 2 for key, span in BY_NAME[name].sizes.items()}}
-    rig, plan = EmulatedRig(Concealed(effects, nominal)), make_standard_plan(seconds=40, seed=2)
-    true, log = states_along(rig, plan)
+    whole, half = make_standard_plan(seconds=40, seed=2), 2000  # samples
+    plan = replace(whole, commands=whole.commands[:half], centring=whole.centring[:half])
+    true, log = states_along(EmulatedRig(Concealed(effects, nominal)), plan)
     seen = np.ones(len(true), dtype=bool)
     signals = Signals(PERIOD_S, log.commands, *log.positions.T, seen, seen)
     begin = np.arange(0, len(true) - 101, 50)

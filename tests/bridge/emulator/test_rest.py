@@ -38,7 +38,7 @@ def test_it_moves_the_rig_and_stands_in_the_seal(seed: int, nominal: Rig, tmp_pa
     runs = []
     for rest in ({}, draw_rest(seed)):
         concealed = Concealed({}, nominal, rest=rest)
-        log = play_plan(EmulatedRig(concealed, 50.0, Encoders(4096), seed), plan)
+        log = play_plan(EmulatedRig(concealed, 50.0, Encoders(4096), seed, timestep_s=1e-3), plan)
         runs.append(log.positions)
     apart = np.abs(runs[1] - runs[0]).max(axis=0)
     assert apart[0] > 1e-3 and apart[1] > 1e-2  # m and rad: above the encoders' steps

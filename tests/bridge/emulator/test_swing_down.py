@@ -26,7 +26,7 @@ HANGING = np.array([0.0, math.pi, 0.0, 0.0])
 def swung_down(concealed: Concealed, start: tuple[float, ...]) -> tuple[SwingDown, np.ndarray]:
     """Return how it ended, and all true states."""
     rig, tuning = (
-        EmulatedRig(concealed, start=start),
+        EmulatedRig(concealed, start=start, timestep_s=1e-3),
         make_tuning(concealed.rig, concealed.effects),
     )
     stand, states = SwingDown(), []

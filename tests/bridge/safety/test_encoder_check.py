@@ -97,7 +97,7 @@ def find_first_fault(
 )
 def test_no_alarm_in_concealed_rigs(seed: int, effects: int, encoders: sensors.Encoders) -> None:
     log = play_plan(
-        EmulatedRig(draw_concealed(seed, effects, NOMINAL), 100.0, encoders),
+        EmulatedRig(draw_concealed(seed, effects, NOMINAL), 100.0, encoders, timestep_s=1e-3),
         make_standard_plan(seconds=40.0, seed=seed),
     )
     shown = [

@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 
 pytest.importorskip("stable_baselines3")
+from distributed import LocalCluster
 from support.paths import CONFIG
 
+from pendulum_rl_env.control import design
 from pendulum_rl_env.scoring import SLICES, describe_reward
 from pendulum_rl_env.studies import identify_and_control, sample_times, stages, transfer, tune
 from pendulum_rl_env.studies.transfer_report import compute_interval, format_table
-from pendulum_rl_env.studies.workers import MEMORY_BYTES, TASK_LIMIT_S
-from pendulum_sysid.fleet.engine import Engine, open_client
 
 TWIN = str(CONFIG / "inteco.yaml")
 QUICK = """
@@ -47,19 +47,28 @@ def quick(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[list[str]]:
-    """Start a worker that every study here shares, and give the arguments that name it.
+    """Start a worker in a thread that every study here shares; give the arguments that name it.
 
-    Most of a short study is the start of its worker, which imports torch.
+    Tasks reach it over TCP as they reach a process, which would import torch anew for each study.
+    `test_sample_times_are_compared_a_step` starts a process.
     """
-    with open_client(Engine(1, None, MEMORY_BYTES, TASK_LIMIT_S)) as client:
-        yield ["--scheduler", client.scheduler.address]
+    here = LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=False, protocol="tcp", host="127.0.0.1",
+        dashboard_address=None,
+    )  # fmt: skip
+    with here:
+        yield ["--scheduler", here.scheduler_address]
 
 
 @pytest.fixture(scope="module", autouse=True)
-def train_once() -> Iterator[None]:
-    """Take the first training of a twin: one of 4,096 steps is never good, so all would follow."""
+def search_little() -> Iterator[None]:
+    """Take the first training of a twin: one of 4,096 steps is never good, so all would follow.
+
+    A controller is designed in full by `test_classical.py`.
+    """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(stages, "MOST_TRAININGS", 1)
+        patch.setattr(design, "ROUNDS", 0)
         yield
 
 
@@ -194,6 +203,8 @@ def test_sample_times_are_compared_a_step(tmp_path: Path, quick: str, capsys) ->
         "0.06",
         "--seeds",
         "1",
+        "--timesteps",
+        "2048",
         "--preset",
         quick,
         "--processes",

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import dask
 import pytest
-from support.fleet_rows import act_as_told, get_process
+from support.engine_tasks import act_as_told, get_process
 from support.polling import until
 
 from pendulum_sysid.errors import WrongUse

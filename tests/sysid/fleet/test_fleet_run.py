@@ -100,7 +100,7 @@ def test_a_recording_that_ends_its_worker_is_put_aside_and_tried_by_the_next_run
     fleet: Path, whole, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:
     monkeypatch.setattr(run_module, "examine_recording", examine_or_die)
-    assert run(fleet, tmp_path / "store") == 0
+    assert run(fleet, tmp_path / "store", *ALONE) == 0
     told = capsys.readouterr()
     assert "6 examined, 3 of them without an answer" in told.out
     assert "000: put_aside: its worker died twice" in told.err

@@ -1,5 +1,6 @@
 """Inject a law without a name, and measure it: kind, values, band, and what it does elsewhere."""
 
+import functools
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
@@ -61,11 +62,18 @@ def prepare_with(laws, seconds=30.0):
     return prepared.case, prepared.split
 
 
-@pytest.mark.parametrize("name", LAWS)
-def test_a_law_is_measured_where_it_is(name):
+@functools.cache
+def measure_alone(name):
+    """Return a fit without the law of this name, and the law as it is measured."""
     case, split = prepare_with({name: LAWS[name]})
     start = fit_own_parameters(case, split)
-    held = measure_laws(case, split, begin_without_laws(case, split, start), lambda line: None)
+    begin = begin_without_laws(case, split, start)
+    return start, measure_laws(case, split, begin, lambda line: None)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_a_law_is_measured_where_it_is(name):
+    start, held = measure_alone(name)
     assert held is not None and [curve.kind.name for curve in held.law_fit.curves] == [name]
     final, (named,) = held.named
     assert final.choose < 1.5 < 3.0 < start.choose
@@ -223,13 +231,7 @@ def test_a_formula_that_is_worse_than_its_curve_is_not_told():
 
 
 def test_a_formula_takes_the_place_of_its_curve():
-    case, split = prepare_with({"cart_force_by_position": LAWS["cart_force_by_position"]})
-    held = measure_laws(
-        case,
-        split,
-        begin_without_laws(case, split, fit_own_parameters(case, split)),
-        lambda line: None,
-    )
+    _, held = measure_alone("cart_force_by_position")
     final, (named,) = held.named
     assert named.shape is not None and named.shape.shape.name in ("cube", "line and cube")
     sizes = dict(zip(named.shape.names, named.shape.values, strict=True))

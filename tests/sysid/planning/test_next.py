@@ -23,25 +23,24 @@ from support.tied_recordings import (
 from pendulum_sysid import decisions
 from pendulum_sysid.cli import main
 from pendulum_sysid.finding.identifiability import find_ties
+from pendulum_sysid.finding.separation import Tie
+from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.parameters import Free
 from pendulum_sysid.planning.aims import forget_beliefs
 from pendulum_sysid.planning.next_experiment import plan_next_experiment
-from pendulum_sysid.records import Next
+from pendulum_sysid.records import Fit, Next, Split
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, save_twin
 from pendulum_twin.plans.plan_file import load_plan, parse_plan
+
+Fitted = tuple[Case, Split, Fit]
 
 SLOW = make_gentle_sweep(8, 0.05)
 DELAY = make_hidden_twin({"input_delay": {"delay_s": 0.01}})
 DRY = {"cart_coulomb_friction": {"level_n": 0.3}}
 TIED = {
     "delay and lag": (DELAY, SLOW, {"input_delay", "motor_lag"}),
-    "lag and delay": (
-        make_hidden_twin({"motor_lag": {"time_constant_s": 0.01}}),
-        SLOW,
-        {"input_delay", "motor_lag"},
-    ),
     "static and dry friction": (
         make_hidden_twin(
             {"cart_stribeck_friction": {"level_n": 0.3, "static_n": 1.15e-3, "velocity_m_s": 0.02}}
@@ -50,6 +49,17 @@ TIED = {
         {"cart_stribeck_friction", "cart_coulomb_friction"},
     ),
 }
+
+
+@pytest.fixture(scope="module")
+def delayed() -> Fitted:
+    """Return a slow recording of a delay, fitted: a lag could stand in the delay's place."""
+    return fit_recordings([record_twin(DELAY, SLOW)], DELAY)
+
+
+@pytest.fixture(scope="module")
+def ties(delayed: Fitted) -> tuple[Tie, ...]:
+    return tuple(find_ties(*delayed))
 
 
 def list_pairs(ties: Any) -> set[frozenset[str]]:
@@ -63,8 +73,9 @@ def test_after_the_plan_the_tie_is_gone(case: str) -> None:
     truth, command, pair = TIED[case]
     first = record_twin(truth, command)
     before = fit_recordings([first], truth)
-    assert frozenset(pair) in list_pairs(find_ties(*before))
-    planned = plan_next_experiment(*before, find_ties(*before))
+    tied = find_ties(*before)
+    assert frozenset(pair) in list_pairs(tied)
+    planned = plan_next_experiment(*before, tied)
     assert planned.plan is not None and planned.before is not None and planned.after is not None
     assert planned.before < decisions.APART_STANDARD_ERRORS < planned.after
     assert all(name in planned.why for name in pair)
@@ -112,9 +123,10 @@ def test_a_tie_that_no_plan_parts_is_said_and_does_not_hold_up_the_others() -> N
     assert alone.plan is None and "is expected to part" in alone.why
 
 
-def test_what_no_motion_parts_is_said_with_what_would() -> None:
-    before = fit_recordings([record_twin(DELAY, SLOW)], DELAY)
-    planned = plan_next_experiment(*before, find_ties(*before))
+def test_what_no_motion_parts_is_said_with_what_would(
+    delayed: Fitted, ties: tuple[Tie, ...]
+) -> None:
+    planned = plan_next_experiment(*delayed, ties)
     assert "No motion will part input_delay from sensor_delay; a second clock would" in planned.why
     assert all(effect.separated_by for effect in CATALOGUE if effect.shows_as is not None)
 
@@ -124,19 +136,20 @@ def test_nothing_is_planned_where_nothing_is_left_to_ask() -> None:
         {"cart_coulomb_friction": HIDDEN["cart_coulomb_friction"]}, seed=1, seconds=20.0
     )
     before = fit_recordings([recording], truth)
-    planned = plan_next_experiment(*before, find_ties(*before))
+    tied = find_ties(*before)
+    planned = plan_next_experiment(*before, tied)
     assert planned == Next(None, planned.why) and planned.why.startswith(
         "Nothing is tied that motion could part"
     )
     assert "cart_coulomb_friction.level_n to 0." in planned.why
-    assert plan_next_experiment(*before, find_ties(*before), "tie").plan is None
-    assert plan_next_experiment(*before, find_ties(*before), "interval").plan is not None
+    assert plan_next_experiment(*before, tied, "tie").plan is None
+    assert plan_next_experiment(*before, tied, "interval").plan is not None
 
 
-def test_the_same_question_gives_the_same_plan_and_its_length_is_what_was_asked_for() -> None:
-    before = fit_recordings([record_twin(DELAY, SLOW)], DELAY)
-    tied = find_ties(*before)
-    first, again = (plan_next_experiment(*before, tied, seconds=9.0) for _ in range(2))
+def test_the_same_question_gives_the_same_plan_and_its_length_is_what_was_asked_for(
+    delayed: Fitted, ties: tuple[Tie, ...]
+) -> None:
+    first, again = (plan_next_experiment(*delayed, ties, seconds=9.0) for _ in range(2))
     assert first == again and first.plan is not None
     assert [phase["kind"] for phase in first.plan["phases"]][:: len(first.plan["phases"]) - 1] == [
         "push",
@@ -144,7 +157,7 @@ def test_the_same_question_gives_the_same_plan_and_its_length_is_what_was_asked_
     ]
     assert parse_plan(first.plan).rate_hz == 100.0
     with pytest.raises(BadInputError, match="seconds: expected at least 5, found 3"):
-        plan_next_experiment(*before, tied, seconds=3.0)
+        plan_next_experiment(*delayed, ties, seconds=3.0)
 
 
 def test_a_locked_cart_gets_no_plan() -> None:
@@ -155,12 +168,14 @@ def test_a_locked_cart_gets_no_plan() -> None:
     assert planned.plan is None and planned.why.startswith("The cart is locked")
 
 
-def test_a_rig_whose_rail_is_not_known_gets_no_plan() -> None:
-    case, parts, best = fit_recordings([record_twin(DELAY, SLOW)], DELAY)
+def test_a_rig_whose_rail_is_not_known_gets_no_plan(
+    delayed: Fitted, ties: tuple[Tie, ...]
+) -> None:
+    case, parts, best = delayed
     case = replace(
         case, twin=replace(case.twin, rig=replace(case.twin.rig, rail_half_length_m=None))
     )
-    planned = plan_next_experiment(case, parts, best, find_ties(case, parts, best))
+    planned = plan_next_experiment(case, parts, best, ties)
     assert (
         planned.plan is None
         and "No plan can be made: " in planned.why
@@ -168,12 +183,14 @@ def test_a_rig_whose_rail_is_not_known_gets_no_plan() -> None:
     )
 
 
-def test_where_every_phase_leads_off_the_rail_there_is_no_plan() -> None:
-    case, parts, best = fit_recordings([record_twin(DELAY, SLOW)], DELAY)
+def test_where_every_phase_leads_off_the_rail_there_is_no_plan(
+    delayed: Fitted, ties: tuple[Tie, ...]
+) -> None:
+    case, parts, best = delayed
     case = replace(
         case, twin=replace(case.twin, rig=replace(case.twin.rig, rail_half_length_m=0.005))
     )
-    assert plan_next_experiment(case, parts, best, find_ties(case, parts, best)).why.startswith(
+    assert plan_next_experiment(case, parts, best, ties).why.startswith(
         "No phase of a plan keeps the cart"
     )
 

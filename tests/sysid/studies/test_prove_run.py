@@ -9,7 +9,8 @@ import time
 from pathlib import Path
 
 import pytest
-from support.prove_trials import end_process, write_trial
+from support.engine_tasks import end_process
+from support.prove_trials import write_trial
 
 from pendulum_sysid.cli import main
 from pendulum_sysid.fleet.engine import Engine
@@ -35,7 +36,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder in which two trials have been recorded, and none examined."""
     folder = tmp_path_factory.mktemp("proof")
     for number, effects in enumerate((COULOMB, {})):
-        write_trial(locate_trial(folder / "trials", number), effects, seed=number + 1)
+        trial = locate_trial(folder / "trials", number)
+        write_trial(trial, effects, seed=number + 1)
     return folder
 
 
@@ -51,7 +53,7 @@ def run_prove(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[i
 
 
 def test_a_small_proof(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    arguments = ("--trials", 2, "--out", folder, "--seed")
+    arguments = ("--trials", 2, "--processes", 1, "--out", folder, "--seed")
     status, out, err = run_prove(capsys, *arguments, 1)
     assert status == 0
     assert "2/2" in err and out.splitlines()[-1] == str(folder / "proof.html")
@@ -149,10 +151,14 @@ def test_a_seal_that_lacks_the_rig(tmp_path: Path) -> None:
 
 def test_a_recording_that_cannot_be_read_is_unusable_and_not_the_end(tmp_path: Path) -> None:
     trial = write_trial(tmp_path / "trial_0000", {}, seed=1, seconds=8.0)
-    for path in (trial / "bag").iterdir():
-        path.unlink()
+    remove_files(trial / "bag")
     result = run_diagnosis(read_trial(trial))
     assert result["verdict"]["outcome"] == "unusable" and result["error"] == ""
+
+
+def remove_files(folder: Path) -> None:
+    for path in folder.iterdir():
+        path.unlink()
 
 
 def break_off(trial: Path) -> None:
@@ -164,6 +170,7 @@ def test_a_proof_that_is_broken_off_leaves_no_process(folder: Path, tmp_path: Pa
     trials = tmp_path / "trials"
     for number in range(2):
         write_trial(locate_trial(trials, number), {}, seed=1, seconds=8.0)
+    remove_files(locate_trial(trials, 0) / "bag")  # ends at once, while the next is worked on
     with pytest.raises(KeyboardInterrupt):
         examine_trials(trials, 2, (), (), Engine(workers=1), break_off)
     deadline = time.monotonic() + DEADLINE_S
@@ -187,6 +194,7 @@ def test_a_worker_that_dies_ends_the_proof_with_a_sentence(
 def test_the_keyboard_stops_it_and_examined_trials_stay(tmp_path: Path) -> None:
     """The processes that record and examine are stopped along with it."""
     out = tmp_path / "out"
+    write_trial(locate_trial(out / "trials", 0), {}, seed=1, seconds=8.0)  # soon examined
     command = [sys.executable, "-m", "pendulum_sysid.cli", "prove", "--trials", "50"]
     command += ["--seed", "1", "--kinds", "nothing:1", "--seconds", "40", "--processes", "1"]
     with subprocess.Popen(
