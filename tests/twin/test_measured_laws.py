@@ -38,6 +38,7 @@ SPANS = {
     Variable.WAY: (0.01, 0.2),
     Variable.TURN: (0.1, 2.0),
 }
+TURNS = {Variable.ANGLE: 2 * math.pi, Variable.SHAFT: 0.23}
 SIZES = {
     Role.COMMAND: 0.05,
     Role.GAIN: 0.2,
@@ -72,7 +73,7 @@ def run(twin, command, start):
 
 def make_knots(kind, count=9):
     return (
-        spread_turn(count)
+        spread_turn(count, TURNS[kind.variable])
         if kind.is_periodic
         else spread_knots(kind, *SPANS[kind.variable], count)
     )
@@ -204,12 +205,13 @@ def test_a_spring_as_a_law_keeps_the_energy():
 
 
 def test_kernel_and_numpy_have_the_same_curve_constant_beyond_the_knots():
-    for name in ("cart_force_by_position", "pole_torque_by_angle"):
+    names = ("cart_force_by_position", "cart_force_over_shaft_turn", "pole_torque_by_angle")
+    for name in names:
         kind = BY_NAME[name]
         law = make_wavy(kind)
         at = np.linspace(-9.0, 9.0, 301)
         states = np.zeros((301, 4))
-        states[:, kind.variable - Variable.POSITION if name[0] == "c" else 1] = at
+        states[:, 0 if name[0] == "c" else 1] = at
         out = np.empty((301, 5))
         fill_measured_laws(states, np.zeros(301), make_theta(hold(kind, law)), out)
         column = 1 if kind.role is Role.FORCE else 2
@@ -230,7 +232,10 @@ def test_a_curve_goes_through_its_knots_and_a_line_is_a_line(name):
         )
 
 
-@pytest.mark.parametrize("name", ["angle_error_over_turn", "position_error_along_rail"])
+@pytest.mark.parametrize(
+    "name",
+    ["angle_error_over_turn", "position_error_along_rail", "position_error_over_shaft_turn"],
+)
 def test_errors_of_sensors_are_undone(name):
     kind = BY_NAME[name]
     theta = make_theta(hold(kind, make_wavy(kind)))[None]
@@ -283,7 +288,7 @@ def test_lanes_of_other_laws_beside_it_leave_its_bits():
     twins += [replace(twin, effects=steady) for twin in twins]
     sets = np.array([make_theta(twin) for twin in twins])
     set_of = np.arange(len(twins))
-    begin = 2 * set_of
+    begin = set_of
     starts = np.array(START) + 0.03 * set_of[:, None]
     signals = recording(COMMAND, 0.01)
     together = run_freely(signals, sets, set_of, begin, starts, 60)

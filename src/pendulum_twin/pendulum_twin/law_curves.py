@@ -37,6 +37,7 @@ TORQUE, POLE_DRAG, POLE_DRY, CART_ONE_WAY, POLE_ONE_WAY = (int(role) for role in
 CART_HYSTERESIS, ANGLE_ERROR = int(Role.CART_HYSTERESIS), int(Role.ANGLE_ERROR)
 POSITION_ERROR, PACE = int(Role.POSITION_ERROR), int(Role.PACE)
 POSITION, VELOCITY, ANGLE, RATE, TIME = (int(variable) for variable in list(Variable)[1:6])
+SHAFT = int(Variable.SHAFT)
 NO_LAWS_HELD = (1.0, 0.0, 0.0, 0.0, 0.0)
 FASTEST_CART, FASTEST_POLE = 3.0, 40.0  # m/s, rad/s; see `_drag`
 INVERSIONS = 30  # fixed-point steps at most: an error of slope 0.5 is undone to 1e-9 of itself
@@ -85,7 +86,7 @@ def _follow_curve(theta, at, where, periodic):
 def _follow_law(theta, at, over, u, x, v, th, w, t):
     """Return a law's value at a state."""
     where = u
-    if over == POSITION:
+    if over in (POSITION, SHAFT):
         where = x
     elif over == VELOCITY:
         where = v
@@ -95,7 +96,7 @@ def _follow_law(theta, at, over, u, x, v, th, w, t):
         where = w
     elif over == TIME:
         where = t
-    return _follow_curve(theta, at, where, over == ANGLE)[0]
+    return _follow_curve(theta, at, where, over in (ANGLE, SHAFT))[0]
 
 
 @compile_inner
@@ -177,7 +178,7 @@ def show_positions(theta, x, v, th, w):
             error, slope = _follow_curve(theta, at, th, True)
             th, w = th + error, w * (1.0 + slope)
         elif number > 0 and ROLES[number] == POSITION_ERROR:
-            error, slope = _follow_curve(theta, at, x, False)
+            error, slope = _follow_curve(theta, at, x, OVER[number] == SHAFT)
             x, v = x + error, v * (1.0 + slope)
     return x, v, th, w
 
@@ -229,7 +230,7 @@ def _find_positions(theta, x, v, th, w):
             shown, slope = x, 0.0
             for _ in range(INVERSIONS):
                 before = x
-                error, slope = _follow_curve(theta, at, x, False)
+                error, slope = _follow_curve(theta, at, x, OVER[number] == SHAFT)
                 x = shown - error
                 if x == before:
                     break

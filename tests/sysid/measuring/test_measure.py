@@ -94,6 +94,35 @@ def test_a_law_is_measured_where_it_is(name):
     assert np.std((run - told)[:300, 0]) < 0.3 * np.std((run - without)[:300, 0])
 
 
+def test_a_gain_over_a_turn_of_the_shaft_is_measured_and_holds_at_other_places():
+    """A motor ripples several times a turn, at places beyond those of the recording, too."""
+    turn_m, step_m = 57e-6 * 4096, 57e-6
+    knots = spread_turn(64, turn_m)
+    phase = 2 * np.pi * knots / turn_m
+    values = 0.06 * np.sin(phase) + 0.08 * np.sin(4 * phase + 1.0) + 0.05 * np.cos(8 * phase)
+    law = {"drive_gain_over_shaft_turn": Law(tuple(knots), tuple(values))}
+    recording = made(replace(RIG, measured_laws=law), 30.0, amplitude=0.25, noise=0.0)
+    signals = recording.signals
+    cart = np.rint(signals.cart / step_m) * step_m
+    pole = np.rint(signals.pole * 4096 / (2 * np.pi)) * (2 * np.pi / 4096)
+    prepared = prepare([replace(recording, signals=replace(signals, cart=cart, pole=pole))], RIG)
+    case, split = prepared.case, prepared.split
+    start = fit_own_parameters(case, split)
+    held = measure_laws(case, split, begin_without_laws(case, split, start), lambda line: None)
+    assert held is not None and [curve.kind.name for curve in held.law_fit.curves] == [*law]
+    final, (named,) = held.named
+    assert final.choose < 1.5 < 3.0 < start.choose
+    off = named.values - evaluate_law(
+        named.curve.kind, law[named.curve.kind.name], named.curve.knots
+    )
+    assert np.std(off) < 0.15 * np.std(values)
+    elsewhere = made_states(replace(RIG, measured_laws=law), sweep(8.0, 0.2)[::-1].copy())
+    told, without = (
+        made_states(twin, sweep(8.0, 0.2)[::-1].copy()) for twin in (final.twin, start.twin)
+    )
+    assert np.std((elsewhere - told)[:300, 0]) < 0.3 * np.std((elsewhere - without)[:300, 0])
+
+
 @pytest.mark.parametrize(
     ("name", "law"),
     [

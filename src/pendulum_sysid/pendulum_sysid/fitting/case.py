@@ -22,7 +22,7 @@ from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.rig import CART_KEYS, POLE_KEYS, Rig
 from pendulum_twin.signals import Signals
 
-OF_CART = (Variable.COMMAND, Variable.POSITION, Variable.VELOCITY, Variable.WAY)
+OF_CART = (Variable.COMMAND, Variable.POSITION, Variable.VELOCITY, Variable.WAY, Variable.SHAFT)
 OF_POLE = (Variable.ANGLE, Variable.RATE, Variable.TURN)
 
 

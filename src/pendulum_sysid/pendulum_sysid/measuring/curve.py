@@ -9,15 +9,23 @@ from functools import cached_property
 import numpy as np
 
 from pendulum_sysid import decisions
+from pendulum_sysid.cleaning.encoder_steps import find_shaft_turn
 from pendulum_sysid.finding.localisation.balance import Motion, compute_motion
-from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.case import OF_CART, Case
 from pendulum_sysid.fitting.parameters import Free, list_rig_parameters
 from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.effects import BY_NAME as EFFECTS
 from pendulum_twin.effects.effect import Form, Place
 from pendulum_twin.laws import KINDS
 from pendulum_twin.laws.kind import LIMITS, SCALES, LawKind, Role, Variable
-from pendulum_twin.laws.law import LEAST_WAY, Law, locate_on_knots, spread_knots, spread_turn
+from pendulum_twin.laws.law import (
+    LEAST_WAY,
+    Law,
+    compute_turn,
+    locate_on_knots,
+    spread_knots,
+    spread_turn,
+)
 from pendulum_twin.model import MOST_LAWS
 from pendulum_twin.parameter_vector import LAW_SIZE, LAWS, VALUES, put_law
 
@@ -169,20 +177,26 @@ def list_curves(case: Case, theta: Floats, effects: tuple[str, ...]) -> list[Cur
     theta: (SIZE,) of the twin, through whose sensors the motion is seen.
     effects: of the twin; dry friction among them may also become less along a curve.
     """
-    here = compute_motion(case, theta)
+    here, shaft_turn = compute_motion(case, theta), find_shaft_turn(case.signals)
     curves = []
     for kind in KINDS:
         if _is_possible(case, kind):
             seen = _list_places(case, here, kind.variable)
-            if _is_visited(kind, seen):
-                curves.append(_make_curve(kind, seen, case, effects))
+            turn = shaft_turn if kind.variable is Variable.SHAFT else 2 * np.pi
+            if _is_visited(kind, seen, turn):
+                curves.append(_make_curve(kind, seen, case, effects, turn))
     return curves
 
 
-def _is_visited(kind: LawKind, seen: Floats) -> bool:
-    """Return whether a law of a kind has knots over the places that were visited, (n,)."""
+def _is_visited(kind: LawKind, seen: Floats, turn: float) -> bool:
+    """Return whether a law of a kind has knots over the places that were visited, (n,).
+
+    turn: length of the turn that a periodic law is a curve over; 0 for a turn that is not known.
+    """
     if kind.remembers:
         return bool(decisions.LAW_LEAST_WAY * np.quantile(seen, 0.999) > LEAST_WAY)
+    if kind.variable is Variable.SHAFT:
+        return bool(0.0 < turn <= np.ptp(seen))
     return bool(np.ptp(seen) > 0)
 
 
@@ -196,7 +210,7 @@ def _is_possible(case: Case, kind: LawKind) -> bool:
     # gravity, which acts on the pole, shows how fast time goes
     needs_pole = needs_pole or kind.role in (Role.ANGLE_ERROR, Role.PACE)
     needs_cart = kind.place in (Place.COMMAND, Place.DRIVE, Place.CART)
-    needs_cart = needs_cart or kind.variable in (Variable.POSITION, Variable.VELOCITY)
+    needs_cart = needs_cart or kind.variable in OF_CART
     return not (
         kind.of_recording
         or (needs_pole and signals.pole is None)
@@ -217,6 +231,7 @@ def _list_places(case: Case, here: Motion, variable: Variable) -> Floats:
         return _measure_ways(case, here.x if variable is Variable.WAY else here.th)
     places: Floats = {
         Variable.POSITION: here.x,
+        Variable.SHAFT: here.x,
         Variable.VELOCITY: here.v,
         Variable.RATE: here.w,
     }[variable]
@@ -238,13 +253,15 @@ def _measure_ways(case: Case, positions: Floats) -> Floats:
     return ways
 
 
-def _make_curve(kind: LawKind, seen: Floats, case: Case, effects: tuple[str, ...]) -> Curve:
+def _make_curve(
+    kind: LawKind, seen: Floats, case: Case, effects: tuple[str, ...], turn: float
+) -> Curve:
     count = decisions.LAW_KNOTS
     if kind.variable is Variable.TIME:
         wanted = np.ptp(seen) / decisions.LAW_SECONDS_A_KNOT
         count = int(np.clip(wanted, 4, decisions.LAW_MOST_KNOTS))
     if kind.is_periodic:
-        knots = spread_turn(count)
+        knots = spread_turn(count, turn)
     else:
         ends = np.quantile(seen, [0.001, 0.999])
         if kind.variable is Variable.TIME:
@@ -274,7 +291,9 @@ def refine_knots(curve: Curve) -> Curve | None:
     if count == len(curve.knots) or curve.kind.variable is Variable.TIME:
         return None
     knots = spread_knots(curve.kind, curve.knots[0], curve.knots[-1], count)
-    return replace(curve, knots=spread_turn(count) if curve.kind.is_periodic else knots)
+    if curve.kind.is_periodic:
+        knots = spread_turn(count, compute_turn(curve.knots))
+    return replace(curve, knots=knots)
 
 
 def _list_others(kind: LawKind, case: Case, effects: tuple[str, ...]) -> tuple[str, ...]:

@@ -25,7 +25,7 @@ from pendulum_sysid.measuring.shapes import FittedShape, Shape
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Floats, Mask
 from pendulum_twin.laws.kind import LIMITS
-from pendulum_twin.laws.law import MOST_KNOTS, spread_turn
+from pendulum_twin.laws.law import MOST_KNOTS, compute_turn, spread_turn
 from pendulum_twin.parameter_vector import LAW_SIZE, LAWS, VALUES
 
 GAUGE_WEIGHT = 1e4  # a hundredth of a formula's height in its mean counts as a deviation
@@ -87,7 +87,7 @@ def place_knots(curve: Curve, fitted: FittedShape) -> Curve:
     about its place, as far as the curve leaves the place open: a law is constant beyond its knots.
     """
     if curve.kind.is_periodic:
-        return replace(curve, knots=spread_turn(FORMULA_KNOTS))
+        return replace(curve, knots=spread_turn(FORMULA_KNOTS, compute_turn(curve.knots)))
     low, high = float(curve.seen.min()), float(curve.seen.max())
     if not curve.kind.timed:
         reach = decisions.FORMULA_REACH * (high - low)

@@ -23,7 +23,7 @@ from pendulum_sysid.measuring.shapes import (
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Floats
 from pendulum_twin.laws.kind import LawKind, Role, Variable
-from pendulum_twin.laws.law import make_curve_matrix
+from pendulum_twin.laws.law import compute_turn, make_curve_matrix
 
 FORMULA_ITERATIONS = 20
 NO_FRICTION = "Where all dry friction together is below 0, there is none."
@@ -106,6 +106,8 @@ def select_shapes(kind: LawKind) -> tuple[Shape, ...]:
     """Return the shapes that a curve of a kind may have."""
     if kind.remembers:
         return ()  # the curve says how much slips where, and is no formula of a state
+    if kind.variable is Variable.SHAFT:
+        return ()  # segments, teeth and magnets of a motor: many waves a turn at once
     if kind.is_periodic:
         return TURN_SHAPES
     if kind.variable is Variable.TIME:
@@ -149,6 +151,8 @@ def write_sentence(named: NamedCurve) -> str:
         return _write_hysteresis(named)
     kind, unit = named.curve.kind, named.curve.kind.quantity.unit.replace("1", "")
     subject = f"The {kind.quantity.words} depends on the {kind.along.words}"
+    if kind.variable is Variable.SHAFT:
+        subject += f", which is {compute_turn(named.curve.knots):.3g} m"
     if named.shape is None:
         seen = named.curve.visits >= decisions.LAW_VISITED * named.curve.visits.mean()
         values, knots = named.values[seen], named.curve.knots[seen]

@@ -12,8 +12,10 @@ KINDS: tuple[LawKind, ...] = (
     LawKind("command_curve", Place.COMMAND, Role.COMMAND, Variable.COMMAND),
     LawKind("drive_gain_over_time", Place.COMMAND, Role.GAIN, Variable.TIME),
     LawKind("drive_gain_along_rail", Place.DRIVE, Role.GAIN, Variable.POSITION),
+    LawKind("drive_gain_over_shaft_turn", Place.DRIVE, Role.GAIN, Variable.SHAFT),
     LawKind("drive_gain_by_velocity", Place.DRIVE, Role.GAIN, Variable.VELOCITY),
     LawKind("cart_force_by_position", Place.CART, Role.FORCE, Variable.POSITION),
+    LawKind("cart_force_over_shaft_turn", Place.CART, Role.FORCE, Variable.SHAFT),
     LawKind("cart_force_by_velocity", Place.CART, Role.FORCE, Variable.VELOCITY),
     LawKind("cart_force_by_angle", Place.CART, Role.FORCE, Variable.ANGLE),
     LawKind("cart_force_over_time", Place.CART, Role.FORCE, Variable.TIME, of_recording=True),
@@ -42,6 +44,7 @@ KINDS: tuple[LawKind, ...] = (
     LawKind("pole_hysteresis", Place.POLE, Role.POLE_HYSTERESIS, Variable.TURN),
     LawKind("angle_error_over_turn", Place.SENSOR, Role.ANGLE_ERROR, Variable.ANGLE),
     LawKind("position_error_along_rail", Place.SENSOR, Role.POSITION_ERROR, Variable.POSITION),
+    LawKind("position_error_over_shaft_turn", Place.SENSOR, Role.POSITION_ERROR, Variable.SHAFT),
     LawKind("clock_pace_over_time", Place.CLOCK, Role.PACE, Variable.TIME),
 )
 BY_NAME: dict[str, LawKind] = {kind.name: kind for kind in KINDS}

@@ -24,6 +24,7 @@ class Variable(IntEnum):
     TIME = 5  # since the recording began, s
     WAY = 6  # of the cart from where nothing strains it until an element slips, m
     TURN = 7  # of the pole from where nothing strains it until an element slips, rad
+    SHAFT = 8  # of the cart within a turn of the shaft that drives it, m; closes on itself, too
 
 
 class Role(IntEnum):
@@ -71,6 +72,7 @@ VARIABLES: dict[Variable, Axis] = {
     Variable.TIME: Axis("time", "s", "_s"),
     Variable.WAY: Axis("way until it slips", "m", "_m"),
     Variable.TURN: Axis("turn until it slips", "rad", "_rad"),
+    Variable.SHAFT: Axis("cart position within a turn of the shaft", "m", "_m"),
 }
 EVIDENCE_NAMES: dict[Variable, str] = {
     Variable.COMMAND: "command",
@@ -81,6 +83,7 @@ EVIDENCE_NAMES: dict[Variable, str] = {
     Variable.TIME: "time",
     Variable.WAY: "cart_position",
     Variable.TURN: "pole_angle",
+    Variable.SHAFT: "cart_position",
 }
 QUANTITIES: dict[Role, Axis] = {
     Role.COMMAND: Axis("change of the command", "1", ""),
@@ -161,7 +164,7 @@ class LawKind:
     @property
     def is_periodic(self) -> bool:
         """Return whether the curve closes on itself after a turn."""
-        return self.variable is Variable.ANGLE
+        return self.variable in (Variable.ANGLE, Variable.SHAFT)
 
     @property
     def remembers(self) -> bool:

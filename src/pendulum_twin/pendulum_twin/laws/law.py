@@ -12,7 +12,7 @@ import numpy as np
 from pendulum_twin.arrays import Floats
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.laws import BY_NAME
-from pendulum_twin.laws.kind import LIMITS, LawKind
+from pendulum_twin.laws.kind import LIMITS, LawKind, Variable
 from pendulum_twin.rig import check_number, describe_unknown_key
 from pendulum_twin.suggest import hint_at_names
 
@@ -30,8 +30,8 @@ class Law:
     Hysteresis is no curve: each knot is an element of its own (`hysteresis`), and knots rise by a
     ratio.
 
-    knots: rising, in the unit of the kind's variable. Of a turn of the pole they divide the turn:
-        the curve goes on from the last knot to the first.
+    knots: rising, in the unit of the kind's variable. Of a turn (of the pole, of the shaft) they
+        divide the turn: the curve goes on from the last knot to the first.
     values: at the knots, in the unit of the kind's quantity.
     """
 
@@ -114,11 +114,16 @@ def _check_knots(where: str, kind: LawKind, knots: tuple[float, ...]) -> None:
         raise BadInputError(f"{where}: expected rising, evenly spaced knots, found {shown(knots)}")
     if not kind.is_periodic:
         return
-    turn = mean * len(knots)
-    if len(knots) < FEWEST_KNOTS_OF_TURN or abs(turn - math.tau) > len(knots) * UNEVEN_SPACING:
+    if len(knots) < FEWEST_KNOTS_OF_TURN:
         raise BadInputError(
-            f"{where}: expected at least {FEWEST_KNOTS_OF_TURN} knots that divide a turn of "
-            f"{math.tau:.9f} rad, found {len(knots)} knots {mean:.9g} rad apart"
+            f"{where}: expected at least {FEWEST_KNOTS_OF_TURN} knots over a turn, found "
+            f"{len(knots)}"
+        )
+    off = abs(mean * len(knots) - math.tau)
+    if kind.variable is Variable.ANGLE and off > len(knots) * UNEVEN_SPACING:
+        raise BadInputError(
+            f"{where}: expected knots that divide a turn of {math.tau:.9f} rad, found "
+            f"{len(knots)} knots {mean:.9g} rad apart"
         )
 
 
@@ -132,9 +137,14 @@ def _check_ways(where: str, knots: tuple[float, ...]) -> None:
         )
 
 
-def spread_turn(count: int) -> Floats:
-    """Return so many knots over a turn of the pole, rad."""
-    return np.arange(count, dtype=np.float64) * (math.tau / count)
+def spread_turn(count: int, turn: float = math.tau) -> Floats:
+    """Return so many knots over a turn: of the pole, rad, or of another length."""
+    return np.arange(count, dtype=np.float64) * (turn / count)
+
+
+def compute_turn(knots: Sequence[float] | Floats) -> float:
+    """Return the length of the turn that the knots of a periodic law divide."""
+    return float((knots[-1] - knots[0]) / (len(knots) - 1) * len(knots))
 
 
 def make_curve_matrix(kind: LawKind, knots: Floats, at: Floats) -> Floats:
