@@ -486,7 +486,7 @@ def wind(t: float, y: tuple, drive: float) -> float:
 
 
 def test_a_random_force_is_told_as_random_and_so_large() -> None:
-    found = diagnose([unlisted(wind, seconds=24.0)], INTECO, silent).to_dict()
+    found = diagnose([unlisted(wind, seconds=40.0)], INTECO, silent).to_dict()
     assert found["outcome"] == "not_in_catalogue" and found["missing_physics"] == []
     assert found["measured_laws"] == []
     wandering = found["remainder"]["wandering"]
