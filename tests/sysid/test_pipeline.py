@@ -12,7 +12,11 @@ from pendulum_sysid.finding.judge import Lead
 from pendulum_sysid.finding.localisation.shape_check import Misfit
 from pendulum_sysid.finding.naming import Named
 from pendulum_sysid.finding.replication import Replication
-from pendulum_sysid.pipeline import ask_names_again, ask_shapes_again
+from pendulum_sysid.pipeline import (
+    ask_names_again,
+    ask_shapes_again,
+    list_doubtful_sizes,
+)
 
 OFFSET = Misfit("angle_offset", 0.04, "pole_rate*pole_angle", "pole")
 FRICTION = Misfit("cart_coulomb_friction", 0.1, "pole_angle", "cart")
@@ -55,6 +59,21 @@ def test_a_law_takes_a_wrong_shape_away_elsewhere_or_from_what_the_twin_needs(
     fit = SimpleNamespace(theta=np.zeros(1))
     shapes = ask_shapes_again(findings, fit, named, needed, laws)
     assert shapes == ((before,) if stands else ())
+
+
+@pytest.mark.parametrize(
+    ("laws", "at_noise", "doubtful"),
+    [(CART_LAW, True, ["shared"]), (CART_LAW, False, ["shared", "other"]),
+     ((*CART_LAW, *TURN_LAW), True, ["shared", "other"])],
+    ids=["an explanation", "leaves errors", "a choice among laws"],
+)  # fmt: skip
+def test_one_law_that_explains_all_errors_leaves_in_doubt_what_it_can_hold(
+    monkeypatch: pytest.MonkeyPatch, laws: tuple[str, ...], at_noise: bool, doubtful: list[str]
+) -> None:
+    monkeypatch.setattr(pipeline, "list_shared_parameters", lambda case, law_fit: ("shared",))
+    fit = SimpleNamespace(estimates={"shared": None, "other": None})
+    measured = SimpleNamespace(case=None, law_fit=None, kinds=laws, named=(fit, ()))
+    assert list(list_doubtful_sizes(measured, at_noise)) == doubtful
 
 
 def test_the_shape_of_a_name_that_laws_made_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,9 +1,8 @@
 """Every number that decides something in a diagnosis, by the question that it answers.
 
-One line a number: value, unit, and why this value. The last word says where it comes from:
-derived (from statistics or from another number) or measured (in a test or study here). All others
-were chosen on emulated rigs: no theory gives them. `docs/decisions.md` shows which verdicts change
-when a number is 1.5 times larger or smaller, or a rule is off. A study replaces the attributes.
+One line a number: value, unit, and why this value. The last word says where it comes from: derived
+(from another number, or statistics) or measured (in a test or study here). Others were chosen on
+emulated rigs. `docs/decisions.md` shows which verdicts a number changes. A study replaces it.
 """
 
 from __future__ import annotations
@@ -151,6 +150,7 @@ LAW_LEAST_NATS = 10.0  # nats; evidence for a law by one linearised step, worth 
 LAW_FIRST_INFLATION = 4.0  # ratio; of variances: errors within a window hang together
 LAW_MOST_INFLATION = 100.0  # ratio; beyond it the windows say nothing in common
 LAW_EVIDENCE_SHARE = 0.2  # of best; evidence below which a law is not refitted; time
+LAW_SHARES_PARAMETER = 0.9  # of power; of a parameter's part in the motion, that a law can make
 LAW_FIRST_STEPS = 4  # iterations; of a fit before a law's smoothness is chosen anew; time
 LAWS_REFITTED = 4  # fits; of the likeliest laws; time
 LAWS_MEASURED = 4  # laws; in one twin, which holds so many: bounds the time

@@ -49,6 +49,7 @@ from pendulum_sysid.measuring.names_beside_laws import (
     list_stand_ins,
 )
 from pendulum_sysid.measuring.repeatability import measure_repeatability
+from pendulum_sysid.measuring.shared_parameters import list_shared_parameters
 from pendulum_sysid.planning.next_experiment import plan_next_experiment
 from pendulum_sysid.prepare import Prepared, prepare
 from pendulum_sysid.records import Fit, Outcome, Recording, Split
@@ -181,7 +182,7 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     fit, laws = measured.named
     floor = measure_noise_floor(replace(case, twin=fit.twin), fit.theta, split.held_out)
     fit, at_noise = widen_intervals(case, split, fit), is_at_noise(case, split, fit, floor)
-    alone, fit = fit, fit if at_noise else join_intervals(fit, findings.best)
+    alone, fit = fit, join_intervals(fit, findings.best, list_doubtful_sizes(measured, at_noise))
     sure, perhaps, needed = ask_names_again(findings, split, measured, alone, fit)
     misfits = ask_shapes_again(findings, fit, sure, needed, measured.kinds)
     fit, sure = add_readings(case, fit, sure)
@@ -199,6 +200,18 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
         remains=localise(case, fit.theta, after["train"]),
         floor=measure_noise_floor(improved, fit.theta, split.held_out),
     )
+
+
+def list_doubtful_sizes(measured: Measured, at_noise: bool) -> Collection[str]:
+    """Return the parameters that are known no better with measured laws than without.
+
+    A single law that explains all errors is an explanation, as a name is. It leaves in doubt only
+    the parameters of which it can hold a share. Several laws, or a law that leaves errors, are a
+    choice among laws, and every parameter takes what the choice leaves.
+    """
+    if at_noise and len(measured.kinds) == 1:
+        return list_shared_parameters(measured.case, measured.law_fit)
+    return measured.named[0].estimates
 
 
 def ask_names_again(

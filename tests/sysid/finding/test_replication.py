@@ -6,18 +6,19 @@ import numpy as np
 import pytest
 from support.hidden_physics import HIDDEN, INTECO, record_hidden
 
+from pendulum_sysid import decisions
 from pendulum_sysid.finding import replication
 from pendulum_sysid.finding.replication import (
-    BlockEstimates,
     Replication,
-    compute_spread,
+    compute_spreads,
+    estimate_blocks,
     estimate_part,
     join_intervals,
     replicate_effects,
     widen_intervals,
 )
 from pendulum_sysid.fitting.fit import HORIZONS, fit
-from pendulum_sysid.fitting.linearised import linearise
+from pendulum_sysid.fitting.linearised import System, linearise
 from pendulum_sysid.fitting.noise_floor import measure_noise_floor
 from pendulum_sysid.fitting.parameters import list_free_parameters
 from pendulum_sysid.fitting.windows import shorten_windows
@@ -69,20 +70,39 @@ def test_one_of_three_is_not_lasting() -> None:
     assert Replication(2, 3).is_lasting and Replication(1, 1).is_lasting
 
 
-def test_the_spread_is_that_between_blocks_beyond_their_own_deviations() -> None:
-    random = np.random.default_rng(0)
-    spreads = [
-        compute_spread(BlockEstimates(random.normal(1.0, np.hypot(0.3, 0.1), 6), np.full(6, 0.1)))
-        for _ in range(400)
-    ]
-    assert abs(np.sqrt(np.mean(np.square(spreads))) - 0.3) < 0.03
-    alike = BlockEstimates(np.full(6, 1.0), np.full(6, 0.1))
-    assert compute_spread(alike) == 0.0
+def make_system(columns: np.ndarray, errors: np.ndarray) -> System:
+    """Return normal equations of a window for each error, (windows,), and its column."""
+    scores = columns * errors[:, None]
+    normals = columns[:, :, None] * columns[:, None, :]
+    return System(normals, scores, *(np.empty(0) for _ in range(4)), [])
 
 
-def test_blocks_that_fix_nothing_have_no_spread() -> None:
-    deviations = np.array([0.1, 0.1, np.inf, np.inf, np.inf, np.inf])
-    assert compute_spread(BlockEstimates(np.arange(6.0), deviations)) == 0.0
+def test_the_spread_is_how_far_blocks_draw_a_parameter() -> None:
+    prepared, found = fit_friction((FRICTION,), 1)
+    free = list_free_parameters(prepared.case.twin, found.effects, prepared.case.scales)[:1]
+    offsets = np.array([0.3, -0.1, 0.2, -0.4, 0.1, -0.1])
+    system = make_system(np.ones((60, 1)), np.repeat(offsets, 10))
+    rough = replace(found, pieces=1, choose=1e3)
+    spread = compute_spreads(system, rough, free)[0] / free[0].size
+    assert spread == pytest.approx(offsets.std(ddof=1), rel=1e-5)
+    assert compute_spreads(system, replace(rough, choose=np.sqrt(2.0)), free)[0] == pytest.approx(
+        np.sqrt(0.5) * spread * free[0].size, rel=1e-5
+    )  # half of the errors' power is noise
+    assert compute_spreads(system, replace(rough, choose=1.0), free)[0] == 0.0
+    assert compute_spreads(make_system(np.ones((2, 1)), offsets[:2]), rough, free)[0] == 0.0
+
+
+def test_a_drift_is_asked_over_the_whole_recording() -> None:
+    prepared, found = fit_friction((FRICTION,), 1)
+    free = list_free_parameters(prepared.case.twin, found.effects, prepared.case.scales)[:2]
+    time = np.linspace(-0.5, 0.5, 60)
+    columns = np.column_stack([np.ones(60), time])
+    errors = np.random.default_rng(0).normal(size=60)
+    rough = replace(found, pieces=1, choose=1e3)
+    system = make_system(columns, errors)
+    spread = compute_spreads(system, rough, free)[1]
+    alone = estimate_blocks(system, rough, free, decisions.SPREAD_BLOCKS)[free[1].name]
+    assert 0.0 < spread < 0.3 * alone.values.std(ddof=1)  # a minute fixes a rate, ten seconds less
 
 
 def test_intervals_widen_only_above_the_noise() -> None:
@@ -106,18 +126,19 @@ def test_a_fit_is_at_the_noise_on_windows_that_it_has_not_seen_too() -> None:
     assert not is_at_noise(case, split, replace(found, choose=5.0), floor)
 
 
-def test_above_the_noise_a_measured_law_narrows_no_interval() -> None:
-    found = fit_friction((FRICTION,), 2)[1]
-    level = found.estimates[f"{FRICTION}.level_n"]
+def test_joined_intervals_hold_those_of_both_fits() -> None:
+    fitted = fit_friction((FRICTION,), 2)[1]
+    name = f"{FRICTION}.level_n"
+    level = fitted.estimates[name]
     wide = replace(level, low=level.low - 0.1, high=level.high + 0.2)
-    other = replace(found, estimates={f"{FRICTION}.level_n": wide})
-    held = join_intervals(found, other).estimates
-    assert held[f"{FRICTION}.level_n"] == wide
-    del held[f"{FRICTION}.level_n"]
-    assert all(found.estimates[name] == estimate for name, estimate in held.items())
+    other = replace(fitted, estimates={name: wide})
+    joined = join_intervals(fitted, other, fitted.estimates).estimates
+    assert joined[name] == wide
+    assert all(joined[n] == e for n, e in fitted.estimates.items() if n != name)
+    assert join_intervals(fitted, other, ["cart_viscous_n_s_m", "none"]) == fitted
 
 
-@pytest.mark.parametrize("drag", ["friction_warming"])
+@pytest.mark.parametrize("drag", ["cart_quadratic_drag"])
 def test_a_viscous_constant_is_known_no_better_than_an_unnamed_drag_leaves_it(
     drag: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -124,7 +124,7 @@ def test_an_interval_holds_the_truth_that_unnamed_physics_has_bent(
         "pole_inertia_kg_m2": rig.pole_inertia_kg_m2 or 0.0,
         "pole_viscous_n_m_s": rig.pole_viscous_n_m_s or 0.0,
     }
-    assert not all(hold(plain, name, value) for name, value in true.items())
+    assert not all(hold(fitted, name, value) for name, value in true.items())
     assert all(hold(wide, name, value) for name, value in true.items())
     for name, estimate in plain.estimates.items():
         wider = wide.estimates[name]

@@ -35,6 +35,7 @@ from pendulum_sysid.measuring.naming import NamedCurve, write_formula, write_sen
 from pendulum_sysid.measuring.penalised_fit import LawFit
 from pendulum_sysid.measuring.ranking import rank_curves
 from pendulum_sysid.measuring.shapes import SHAPES, FittedShape
+from pendulum_sysid.measuring.shared_parameters import list_shared_parameters
 from pendulum_sysid.prepare import prepare
 from pendulum_twin.laws import BY_NAME
 from pendulum_twin.laws.kind import LIMITS, Role
@@ -92,6 +93,21 @@ def test_a_law_is_measured_where_it_is(name):
         for twin in (replace(RIG, measured_laws={name: LAWS[name]}), final.twin, start.twin)
     )
     assert np.std((run - told)[:300, 0]) < 0.3 * np.std((run - without)[:300, 0])
+
+
+SHARED = {
+    "drive_gain_along_rail": ("force_per_pwm_n",),
+    "cart_drag_by_pole_rate": ("cart_viscous_n_s_m",),
+}
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_a_law_shares_the_constant_of_which_it_can_hold_a_part(name):
+    measured = measure_alone(name)[1]
+    shared = list_shared_parameters(measured.case, measured.law_fit)
+    assert shared == SHARED.get(name, ())
+    alone = replace(measured.law_fit, curves=())
+    assert list_shared_parameters(measured.case, alone) == ()
 
 
 def test_a_gain_over_a_turn_of_the_shaft_is_measured_and_holds_at_other_places():

@@ -1,14 +1,16 @@
 """Ask each parameter of a fit again in every block of time: does its size replicate?
 
 A block's own estimate is a Gauss-Newton step from the fit to all windows, with the windows of that
-block alone. What the model leaves out pushes the estimates of different blocks apart by more than
-their own intervals. That spread is estimated by random effects (DerSimonian and Laird, Controlled
-Clinical Trials 7 (1986) 177) and widens the intervals. A constant of the rig is asked twice: in
-the fit, and beside drags of other shapes (nuisance parameters), whose share it may have taken.
+block alone. What the model leaves out does not average out as noise does: each block draws the
+estimates its own way. How far is told by pseudo-values, as the jackknife has them (Miller,
+Biometrika 61 (1974) 1), and their spread widens the intervals. A constant of the rig is asked
+twice: in the fit, and beside drags of other shapes (nuisance parameters), whose share it may have
+taken.
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -131,10 +133,11 @@ def widen_intervals(case: Case, split: Split, fit: Fit) -> Fit:
     free = list_free_parameters(case.twin, fit.effects, case.scales)
     every = (*free, *_list_other_drags(case, fit))
     system = _linearise(case, split, fit, every)
-    own = system.pick(range(len(free)))
-    blocks = estimate_blocks(own, fit, free, decisions.SPREAD_BLOCKS)
+    spreads = compute_spreads(system.pick(range(len(free))), fit, free)
     known = widen_by_errors(case, split, fit)
-    widened = {p.name: _widen(known[p.name], p, compute_spread(blocks[p.name])) for p in free}
+    widened = {
+        p.name: _widen(known[p.name], p, spread) for p, spread in zip(free, spreads, strict=True)
+    }
     for constant, beside in _estimate_beside_drags(case, system, fit, every).items():
         widened[constant.name] = _hold_both(widened[constant.name], constant, beside)
     return replace(fit, estimates={**known, **widened})
@@ -162,12 +165,13 @@ def _estimate_beside_drags(
     system: the normal equations of all parameters, `every`.
     """
     step, deviations = estimate_part(system, np.arange(len(system.normals)), fit, every)
-    blocks = estimate_blocks(system, fit, every, decisions.SPREAD_BLOCKS)
+    halves = decisions.INTERVAL_DEVIATIONS * np.hypot(
+        deviations, compute_spreads(system, fit, every)
+    )
     ranges = {}
     for k, constant in enumerate(list_rig_parameters(case.twin)):
         value = constant.get(fit.theta) + step[k] * constant.size
-        spread = np.hypot(deviations[k], compute_spread(blocks[constant.name]))
-        half = decisions.INTERVAL_DEVIATIONS * float(spread)
+        half = float(halves[k])
         if np.isfinite(half):
             ranges[constant] = Range(value - half, value + half)
     return ranges
@@ -179,37 +183,43 @@ def _hold_both(estimate: Estimate, free: Free, other: Range) -> Estimate:
     return widen_estimate(estimate, free, below, above)
 
 
-def join_intervals(fit: Fit, other: Fit) -> Fit:
-    """Return a fit with intervals that hold those of another fit of the same recordings, too.
+def join_intervals(fit: Fit, other: Fit, names: Collection[str]) -> Fit:
+    """Return a fit whose intervals of these parameters hold those of another fit, too.
 
-    Above the noise a measured law is a choice among laws, and a constant takes what the choice
-    leaves: it is known no better than without the law.
+    fit, other: of the same recordings.
+    names: of parameters; those that the other fit lacks stay as they are.
     """
-    both = {
+    joined = {
         name: replace(
-            estimate,
-            low=min(estimate.low, other.estimates[name].low),
-            high=max(estimate.high, other.estimates[name].high),
+            fit.estimates[name],
+            low=min(fit.estimates[name].low, other.estimates[name].low),
+            high=max(fit.estimates[name].high, other.estimates[name].high),
         )
-        for name, estimate in fit.estimates.items()
-        if name in other.estimates
+        for name in names
+        if name in fit.estimates and name in other.estimates
     }
-    return replace(fit, estimates={**fit.estimates, **both})
+    return replace(fit, estimates={**fit.estimates, **joined})
 
 
-def compute_spread(estimates: BlockEstimates) -> float:
-    """Return the standard deviation between blocks, beyond what their own deviations explain.
+def compute_spreads(system: System, fit: Fit, free: tuple[Free, ...]) -> Floats:
+    """Return how far blocks of time draw each parameter apart, (parameters,), in its unit.
 
-    The moment estimator of DerSimonian and Laird; 0 where fewer than three blocks fix the value.
+    A block's pseudo-value is the estimate of a recording in which every block draws as this block
+    does. Its weight is that of the whole recording: a drift over an hour is not asked for in each
+    minute. Their standard deviation is counted without the share of noise, which the intervals
+    hold already. It is 0 where there are fewer than three blocks.
+
+    system: the normal equations of the fit, a row for each piece of a window.
     """
-    known = np.isfinite(estimates.deviations) & (estimates.deviations > 0.0)
-    values, weights = estimates.values[known], estimates.deviations[known] ** -2.0
-    if len(values) < decisions.SPREAD_LEAST_BLOCKS:
-        return 0.0
-    mean = np.sum(weights * values) / weights.sum()
-    excess = np.sum(weights * (values - mean) ** 2) - (len(values) - 1)
-    scale = weights.sum() - np.sum(weights**2) / weights.sum()
-    return float(np.sqrt(max(excess / scale, 0.0)))
+    parts = _divide_windows(system, fit.pieces, decisions.SPREAD_BLOCKS)
+    if len(parts) < decisions.SPREAD_LEAST_BLOCKS:
+        return np.zeros(len(free))
+    inverse = np.linalg.pinv(system.normal, rcond=1e-10, hermitian=True)
+    left = system.scores - system.normals @ (inverse @ system.gradient)
+    drawn = len(parts) * np.array([left[part].sum(axis=0) for part in parts]) @ inverse
+    systematic = max(1.0 - fit.choose**-2.0, 0.0)  # of the errors' power
+    sizes = np.array([parameter.size for parameter in free])
+    return np.asarray(drawn.std(axis=0, ddof=1) * np.sqrt(systematic) * sizes)
 
 
 def _widen(estimate: Estimate, free: Free, spread: float) -> Estimate:
@@ -239,11 +249,7 @@ def estimate_blocks(
     system: the normal equations of the fit, a row for each piece of a window.
     blocks: number of blocks, contiguous in time and of the same number of windows.
     """
-    whole = len(system.normals) // fit.pieces
-    parts = [
-        (part[:, None] * fit.pieces + np.arange(fit.pieces)).reshape(-1)
-        for part in np.array_split(np.arange(whole), min(blocks, whole))
-    ]
+    parts = _divide_windows(system, fit.pieces, blocks)
     steps, deviations = zip(*(estimate_part(system, p, fit, free) for p in parts), strict=True)
     return {
         parameter.name: BlockEstimates(
@@ -252,6 +258,15 @@ def estimate_blocks(
         )
         for k, parameter in enumerate(free)
     }
+
+
+def _divide_windows(system: System, pieces: int, blocks: int) -> list[Ints]:
+    """Return the rows of the system that belong to each block of time."""
+    whole = len(system.normals) // pieces
+    return [
+        (part[:, None] * pieces + np.arange(pieces)).reshape(-1)
+        for part in np.array_split(np.arange(whole), min(blocks, whole))
+    ]
 
 
 def estimate_part(
