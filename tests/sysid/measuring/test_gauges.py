@@ -17,6 +17,7 @@ PARTS = {
     "cart_force_by_velocity": ("slope", "step"),
     "drive_gain_along_rail": ("mean",),
     "cart_force_by_position": (),
+    "position_error_along_rail": ("mean",),
 }
 
 
