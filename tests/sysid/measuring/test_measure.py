@@ -132,6 +132,7 @@ def test_a_gain_over_a_turn_of_the_shaft_is_measured_and_holds_at_other_places()
         named.curve.kind, law[named.curve.kind.name], named.curve.knots
     )
     assert np.std(off) < 0.15 * np.std(values)
+    assert write_sentence(named).endswith("no formula was tried.")
     elsewhere = made_states(replace(RIG, measured_laws=law), sweep(8.0, 0.2)[::-1].copy())
     told, without = (
         made_states(twin, sweep(8.0, 0.2)[::-1].copy()) for twin in (final.twin, start.twin)
