@@ -2,7 +2,7 @@
 
 One line a number: value, unit, and why this value. The last word says where it comes from: derived
 (from another number, or statistics) or measured (in a test or study here). Others were chosen on
-emulated rigs. `docs/decisions.md` shows which verdicts a number changes. A study replaces it.
+emulated rigs. `docs/decisions.md` varies each by 1.5. A study replaces the attributes.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ REPEATED_RATE = 0.5  # of mean squared rates; windows that move less have no err
 REPEATED_LEAST_PAIRS = 5  # pairs; of windows with the same motion, for a share of what is random
 PREDICTED_EVERY_S = 0.05  # s; the slowest rate of samples; shorter, filters count most; measured
 FORCE_SECONDS = 120.0  # s; of a recording, that a latent force's size is measured on: time
-SPREAD_LEAST_BLOCKS = 3  # blocks; that must fix a value, for a spread between them
+SPREAD_LEAST_BLOCKS = 3  # blocks; of two windows or more, for a spread between them
 SET_DRAWS = 1000  # draws; of the weights of blocks, to weigh sets: errors of 2 %; derived
 NAME_LEAST_WEIGHT = 0.75  # of weight; midway from a half, which is `perhaps`, to all; derived
 SET_LEAST_WEIGHT = 0.01  # of weight; of a set that is told
@@ -150,7 +150,7 @@ LAW_LEAST_NATS = 10.0  # nats; evidence for a law by one linearised step, worth 
 LAW_FIRST_INFLATION = 4.0  # ratio; of variances: errors within a window hang together
 LAW_MOST_INFLATION = 100.0  # ratio; beyond it the windows say nothing in common
 LAW_EVIDENCE_SHARE = 0.2  # of best; evidence below which a law is not refitted; time
-LAW_SHARES_PARAMETER = 0.9  # of power; of a parameter's part in the motion, that a law can make
+LAW_SHARES_PARAMETER = 0.9  # of a parameter's change of motion; a law makes it, too; measured
 LAW_FIRST_STEPS = 4  # iterations; of a fit before a law's smoothness is chosen anew; time
 LAWS_REFITTED = 4  # fits; of the likeliest laws; time
 LAWS_MEASURED = 4  # laws; in one twin, which holds so many: bounds the time

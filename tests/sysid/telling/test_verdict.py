@@ -332,6 +332,8 @@ def test_a_twin_far_above_its_floor_that_does_not_follow_is_not_of_this_rig(
         in (found["sentence"])
     )
     assert "This part is certain" not in found["sentence"]
+    assert found["outcome"] == "not_in_catalogue" and found["missing_physics"] == []
+    assert [effect["effect"] for effect in found["perhaps"]] == ["cart_coulomb_friction"]
     assert "errors over 1 s change: cart" in found["sentence"]  # they do not fall
 
 

@@ -262,7 +262,7 @@ def compute_half_widths(solution: Solution, free: tuple[Free, ...], together: in
     """
     if not free:
         return np.empty(0)
-    spread, variance, count = _compute_spread(solution, free, together)
+    spread, variance, count = compute_sandwich(solution, free, together)
     return (
         stdtrit(max(count - 1, 1), 0.975)
         * np.sqrt(np.maximum(np.diag(spread), variance))
@@ -278,13 +278,13 @@ def compute_correlations(solution: Solution, free: tuple[Free, ...], together: i
     """
     if not free:
         return np.empty((0, 0))
-    spread, variance, _ = _compute_spread(solution, free, together)
+    spread, variance, _ = compute_sandwich(solution, free, together)
     deviation = np.sqrt(np.where(np.isfinite(variance), np.diag(spread), np.nan))
     with np.errstate(all="ignore"):
         return np.asarray(np.clip(spread / np.outer(deviation, deviation), -1.0, 1.0))
 
 
-def _compute_spread(
+def compute_sandwich(
     solution: Solution, free: tuple[Free, ...], together: int
 ) -> tuple[Floats, Floats, int]:
     """Return the sandwich, the classical variances, and how many longer windows there are.

@@ -54,10 +54,10 @@ CONSTANTS: dict[tuple[Role, Variable | None], tuple[str, str]] = {  # None: what
     (Role.POLE_DRY, Variable.RATE): ("pole_viscous_n_m_s", "size"),
 }
 # The parts of a law that always stand for something else: the mean pace is `sample_period_error`,
-# and the mean error of the position says where along the rail 0 is.
+# and the mean error along the rail says where the rail's 0 is.
 NAMED: dict[tuple[Role, Variable | None], str] = {
     (Role.PACE, None): "mean",
-    (Role.POSITION_ERROR, None): "mean",
+    (Role.POSITION_ERROR, Variable.POSITION): "mean",
 }
 # The parts of a law that the level of a dry friction stands for.
 LEVELS: dict[tuple[Role, Variable | None], str] = {

@@ -17,7 +17,7 @@ from pendulum_sysid import decisions
 from pendulum_sysid.finding.judge import Lead, compute_lead, compute_least_ratio
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit_over_horizon
-from pendulum_sysid.fitting.gauss_newton import refine_start_states, scale_values
+from pendulum_sysid.fitting.gauss_newton import scale_values
 from pendulum_sysid.measuring.curve import Curve, refine_knots
 from pendulum_sysid.measuring.halves import is_seen_in_halves
 from pendulum_sysid.measuring.naming import NamedCurve, name_curves
@@ -193,13 +193,8 @@ def _add_law(measured: Measured, report: Progress, most_waiting: int) -> Measure
 
 
 def _is_kept(longer: Measured, shorter: LawFit, most_waiting: int) -> bool:
-    """Return whether the last law, which leads, helps over whole windows, lasts, is of the rig."""
-    case, split = longer.case, longer.split
-    whole = [
-        refine_start_states(case.problem(split.learn), fit.theta).misfit(case.noise)
-        for fit in (longer.law_fit.fit, shorter.fit)
-    ]
-    lasts = whole[0] < whole[1] and is_seen_in_halves(case, split, longer.law_fit, shorter)
+    """Return whether the last law, which leads, holds in both halves and is of the rig."""
+    lasts = is_seen_in_halves(longer.case, longer.split, longer.law_fit, shorter)
     return lasts and _is_of_rig(longer, most_waiting)
 
 

@@ -1,4 +1,4 @@
-"""Which parameters a measured law can take over: of both together, only the sum is known."""
+"""List the parameters of which a measured law can hold a share."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from pendulum_sysid.measuring.penalised_fit import LawFit, list_all_free, list_p
 
 
 def list_shared_parameters(case: Case, law_fit: LawFit) -> tuple[str, ...]:
-    """Return the parameters of rig and effects that the laws of a fit can take over.
+    """Return the parameters of rig and effects that the laws of a fit can imitate.
 
-    A law of the cart's drag along the rail may hold any share of the viscous constant, and the
-    motion is the same. Such a parameter changes the motion as the laws' values can change it, too:
-    least squares of its column of the normal equations on those of the laws leave hardly anything.
+    A drag along the rail changes the motion as the viscous constant does: the motion fixes the sum
+    of both. The prior of the law gives the constant the whole mean over the places of this
+    recording. The prior is a convention, so it does not count here: least squares of the
+    parameter's column of the normal equations on the columns of the laws leave hardly anything.
     """
     system, curves = law_fit.system, law_fit.curves
     if system is None or not curves:

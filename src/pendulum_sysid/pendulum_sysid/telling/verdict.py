@@ -75,14 +75,16 @@ MULTIPLIED = {  # the variable that a law's value is multiplied by, beside the l
 
 def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> Verdict:
     """Return the verdict on a recording that could be used."""
-    outcome = decide_outcome(findings)
+    outcome, closest = decide_outcome(findings), list_told(findings)
+    unlike_rig = is_unlike(findings) and list_events(findings) is None
     remains = is_unlike(findings) or is_unexplained(findings)
-    if outcome is Outcome.NOTHING_MISSING and remains:
+    if unlike_rig or (outcome is Outcome.NOTHING_MISSING and remains):
         outcome = Outcome.NOT_IN_CATALOGUE  # far above the noise, and no effect was found for it
-    named = list_told(findings)
+    named = () if unlike_rig else closest  # a name for the motion of another rig is none
     names = {effect.effect for effect in named}
-    known = {name for effect in named for name in list_like(effect)}
-    certain = tuple(describe_certain(r) for r in findings.certain if r.effect not in known)
+    known = {name for effect in closest for name in list_like(effect)}
+    readings = () if unlike_rig else findings.certain
+    certain = tuple(describe_certain(r) for r in readings if r.effect not in known)
     names |= {effect.effect for effect in certain}
     others = tuple(
         effect
@@ -92,7 +94,7 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
     plan, why = findings.coming.plan, findings.coming.why
     return Verdict(
         outcome=outcome,
-        sentence=write_answer(outcome, named, certain, findings),
+        sentence=write_answer(outcome, closest, certain, findings),
         location=_locate(outcome, named, findings),
         missing_physics=(*(_describe_missing(effect, findings) for effect in named), *certain),
         rig_parameters=compare_constants(findings),
@@ -113,7 +115,7 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
         recording=_describe_recording(recording),
         elapsed_s=elapsed_s,
         measured_laws=tuple(describe_law(law) for law in findings.laws),
-        unlike_rig=is_unlike(findings) and list_events(findings) is None,
+        unlike_rig=unlike_rig,
         twin=findings.final.twin,
         localisation=findings.location,
         next_plan=plan,
