@@ -16,7 +16,7 @@ from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Fit, Recording, Split
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Form, Place
-from pendulum_twin.parameter_vector import make_theta
+from pendulum_twin.parameter_vector import SLOTS, make_theta
 
 WITH_SIZES = [
     name for name, sizes in HIDDEN.items() if sizes and BY_NAME[name].form is not Form.REPORT
@@ -62,6 +62,17 @@ def test_a_proposal_promises_a_start_near_the_truth(name: str) -> None:
     after = fit(case, split, proposal.effects, proposal.theta[0], HORIZONS[0])
     ((parameter, true),) = HIDDEN[name].items()
     assert after.estimates[f"{name}.{parameter}"].value == pytest.approx(true, rel=0.1)
+
+
+def test_a_resonance_starts_at_its_probes_too() -> None:
+    """A share of the probe's period is the period of another resonance, and leads astray."""
+    belt, tilt = (
+        next(p for p in propose_hidden("rail_tilt", 1) if p.effect == name)
+        for name in ("stretching_belt", "rail_tilt")
+    )
+    period = SLOTS["stretching_belt"].start
+    assert {0.06, 0.12, 0.25} <= set(belt.theta[:, period]) and len(belt.theta) == 6
+    assert len(tilt.theta) == 1
 
 
 def test_every_candidate_once_the_most_promising_first() -> None:

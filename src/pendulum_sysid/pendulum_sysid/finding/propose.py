@@ -130,7 +130,11 @@ def _make_proposal(
         for parameter, change in zip(free, -follow * step, strict=True):
             value = parameter.get(fit.theta) + change * parameter.size
             parameter.put(start, float(np.clip(value, parameter.low, parameter.high)))
-    return Proposal(effect.name, put_effect(effect, fit.effects), start[None], gain)
+    # A share of a period is the period of another resonance. So a fit starts at the probe, too: of
+    # a period of 0.076 s the fit from 0.027 s leaves 24 times the noise, from 0.06 s 11 times.
+    is_resonant = any(parameter.resonant for parameter in effect.parameters)
+    starts = np.array([start, theta] if is_resonant else [start])
+    return Proposal(effect.name, put_effect(effect, fit.effects), starts, gain)
 
 
 def _move(theta: Floats, effect: Effect, step: float) -> None:

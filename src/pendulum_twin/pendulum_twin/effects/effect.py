@@ -108,6 +108,7 @@ class Parameter:
         keep away from it do not tell it.
     delays: True for a time, s, by which the motion follows the command later.
     holds: True for a level of dry friction that holds its joint at rest at any place.
+    resonant: True for the period of a resonance: the effect is in no proportion to it.
     idle_beyond: scale from which on the effect does nothing: a limit above the largest command.
     optional: True for a value that a twin file may leave out; it is then neutral.
     """
@@ -131,6 +132,7 @@ class Parameter:
     instant: bool = False
     delays: bool = False
     holds: bool = False
+    resonant: bool = False
     idle_beyond: Scale | None = None
     optional: bool = False
 

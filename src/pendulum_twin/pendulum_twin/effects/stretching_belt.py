@@ -79,7 +79,9 @@ EFFECT = Effect(
     reaction=Reaction(compute_share, react),
     memory=lambda h: 3,
     parameters=(
-        Parameter("period_s", "s", 0.0, 0.0, 2.0, (0.06, 0.12, 0.25), least=HALF_STEP_S),
+        Parameter(
+            "period_s", "s", 0.0, 0.0, 2.0, (0.06, 0.12, 0.25), least=HALF_STEP_S, resonant=True
+        ),
         Parameter("damping", "1", 0.1, 0.0, 0.95, (0.1,), shape=True),
         Parameter("motor_share", "1", 0.1, 0.0, 0.8, (0.1,), shape=True, optional=True),
     ),
