@@ -145,7 +145,7 @@ def test_an_effect_that_laws_make_sure_is_a_name(
     findings = SimpleNamespace(case=SimpleNamespace(scales={}), named=(), perhaps=(doubted,))
     fit = SimpleNamespace(effects=(name,), twin=None, choose=2.0)
     measured = SimpleNamespace()
-    names, perhaps, _ = ask_names_again(findings, None, measured, fit, fit)
+    names, perhaps, _ = ask_names_again(findings, None, measured, fit)
     assert [effect.effect for effect in names] == [name] * regained
     assert [effect.effect for effect in perhaps] == [name] * (not regained)
     assert all(effect.is_sure for effect in names)
@@ -164,11 +164,11 @@ def test_an_effect_that_is_less_than_a_law_or_stands_for_it_is_no_name(
     findings = SimpleNamespace(case=SimpleNamespace(scales={}), named=(wave, friction), perhaps=())
     fit = SimpleNamespace(effects=(wave.effect, friction.effect), choose=2.0)
     measured = SimpleNamespace(kinds=("angle_error_over_turn",))
-    names, perhaps, _ = ask_names_again(findings, None, measured, fit, fit)
+    names, perhaps, _ = ask_names_again(findings, None, measured, fit)
     assert (names, perhaps) == ((friction,), (wave,))
     measured = SimpleNamespace(kinds=("cart_dry_friction_by_velocity",))
     stand_in_for_laws(monkeypatch)
-    names, perhaps, _ = ask_names_again(findings, None, measured, fit, fit)
+    names, perhaps, _ = ask_names_again(findings, None, measured, fit)
     assert names == (wave, friction)
 
 
@@ -181,5 +181,5 @@ def test_an_effect_whose_shape_a_law_bends_is_no_name(
     monkeypatch.setattr(naming, "is_surely_there", lambda *about: True)
     findings = SimpleNamespace(case=SimpleNamespace(scales={}), named=(zone,), perhaps=())
     fit = SimpleNamespace(effects=(zone.effect,), choose=2.0)
-    names, perhaps, _ = ask_names_again(findings, None, SimpleNamespace(), fit, fit)
+    names, perhaps, _ = ask_names_again(findings, None, SimpleNamespace(), fit)
     assert names == (zone,) * (not bent) and perhaps == (zone,) * bent

@@ -182,8 +182,8 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     fit, laws = measured.named
     floor = measure_noise_floor(replace(case, twin=fit.twin), fit.theta, split.held_out)
     fit, at_noise = widen_intervals(case, split, fit), is_at_noise(case, split, fit, floor)
-    alone, fit = fit, join_intervals(fit, findings.best, list_doubtful_sizes(measured, at_noise))
-    sure, perhaps, needed = ask_names_again(findings, split, measured, alone, fit)
+    fit = join_intervals(fit, findings.best, list_doubtful_sizes(measured, at_noise))
+    sure, perhaps, needed = ask_names_again(findings, split, measured, fit)
     misfits = ask_shapes_again(findings, fit, sure, needed, measured.kinds)
     fit, sure = add_readings(case, fit, sure)
     improved = replace(case, twin=fit.twin)
@@ -215,7 +215,7 @@ def list_doubtful_sizes(measured: Measured, at_noise: bool) -> Collection[str]:
 
 
 def ask_names_again(
-    findings: Findings, split: Split, measured: Measured, alone: Fit, fit: Fit
+    findings: Findings, split: Split, measured: Measured, fit: Fit
 ) -> tuple[tuple[Named, ...], tuple[Named, ...], tuple[str, ...]]:
     """Return the names beside laws, the effects that are none, and those that the twin needs.
 
@@ -224,12 +224,11 @@ def ask_names_again(
     stands for another law, or that, above the noise, other effects nearly cancel.
 
     measured: the laws.
-    alone: the fit with laws, whose intervals hold what the laws leave.
-    fit: the same with the intervals that the verdict tells.
+    fit: the fit with laws, with the intervals that the verdict tells.
     """
     case = findings.case
     whole = [e for e in list_doubted(findings.perhaps) if not is_part_of_law(measured, e.effect)]
-    doubtful, _ = part_sure_names(alone, whole, case.scales)
+    doubtful, _ = part_sure_names(fit, whole, case.scales)
     bent = list_bent(measured, [effect.effect for effect in findings.named])
     sure, doubted = part_sure_names(fit, findings.named, case.scales, bent)
     names = [effect.effect for effect in (*sure, *doubtful)]
