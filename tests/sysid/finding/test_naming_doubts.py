@@ -12,7 +12,7 @@ from pendulum_twin.effects.effect import Scale
 
 ABOVE, AT_NOISE = 20.0, 1.0  # misfits, in units of noise
 TIED = {"rail_tilt.angle_rad": Estimate(0.0036, -1e-5, 0.0072)}
-SCALES = {Scale.COMMAND: 0.5}
+SCALES = dict.fromkeys(Scale, 1.0) | {Scale.COMMAND: 0.5}
 SURE = {"rail_tilt.angle_rad": Estimate(0.0036, 0.0018, 0.0054)}
 
 
@@ -56,6 +56,25 @@ def test_the_place_of_an_effect_is_no_size() -> None:
         "rail_friction_patch.level_n": Estimate(0.2, 0.0, 0.7),
     }
     assert not is_surely_there(make_fit(ABOVE, patch), "rail_friction_patch", SCALES)
+
+
+@pytest.mark.parametrize(("narrowest", "there"), [(0.0, False), (0.1, True)])
+def test_a_drag_at_a_place_of_any_width_is_no_name(narrowest: float, there: bool) -> None:
+    """A cable that hangs from the rail drags everywhere, and a patch of any width explains it."""
+    patch = {
+        "rail_drag_patch.n_s_per_m": Estimate(0.20, 0.005, 0.42),
+        "rail_drag_patch.centre_m": Estimate(0.29, 0.14, 0.49),
+        "rail_drag_patch.width_m": Estimate(0.34, narrowest, 1e6),
+    }
+    assert is_surely_there(make_fit(ABOVE, patch), "rail_drag_patch", SCALES) is there
+
+
+def test_a_share_that_a_twin_file_may_leave_out_may_be_anything() -> None:
+    belt = {
+        "stretching_belt.period_s": Estimate(0.08, 0.07, 0.09),
+        "stretching_belt.motor_share": Estimate(0.1, 0.0, 0.8),
+    }
+    assert is_surely_there(make_fit(ABOVE, belt), "stretching_belt", SCALES)
 
 
 @pytest.mark.parametrize(("high", "there"), [(0.46, True), (0.52, False)])

@@ -10,7 +10,7 @@ import numpy as np
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.gauss_newton import refine_start_states
-from pendulum_sysid.fitting.parameters import Scales
+from pendulum_sysid.fitting.parameters import Free, Scales, list_effect_parameters
 from pendulum_sysid.records import Estimate, Fit, Split
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
@@ -178,15 +178,30 @@ def is_surely_there(fit: Fit, effect: str, scales: Scales) -> bool:
     """Return whether the interval of a size leaves out the values at which the effect is nothing.
 
     The size of an effect of shapes alone is a shape: the step of a coarse command. A limit does
-    nothing from the largest command on. True for an effect without a size that is estimated.
+    nothing from the largest command on. True for an effect without a size that is estimated. An
+    effect is not surely there where a shape may have any value of its range: a drag at a place of
+    any width is a drag along the rail.
 
     scales: of the recording.
     """
+    free = list_effect_parameters(BY_NAME[effect], scales)
+    if any(_may_be_anything(parameter, fit) for parameter in free):
+        return False
     parameters = [p for p in BY_NAME[effect].parameters if np.isfinite(p.neutral)]
     sizes = [p for p in parameters if not p.shape] or parameters
     estimates = [(p, fit.estimates.get(f"{effect}.{p.name}")) for p in sizes]
     known = [(p, estimate) for p, estimate in estimates if estimate is not None]
     return not known or any(_tell_from_nothing(p, e, scales) for p, e in known)
+
+
+def _may_be_anything(parameter: Free, fit: Fit) -> bool:
+    """Return whether the interval of a shape, which no twin file leaves out, holds its range."""
+    estimate = fit.estimates.get(parameter.name)
+    effect, _, name = parameter.name.partition(".")
+    (declared,) = (p for p in BY_NAME[effect].parameters if p.name == name)
+    if estimate is None or not declared.shape or declared.optional:
+        return False
+    return estimate.low <= parameter.low and parameter.high <= estimate.high
 
 
 def _tell_from_nothing(parameter: Parameter, estimate: Estimate, scales: Scales) -> bool:
