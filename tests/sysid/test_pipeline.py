@@ -1,5 +1,6 @@
 """Rules of the pipeline between the search's answer and the verdict."""
 
+from dataclasses import dataclass, field
 from types import SimpleNamespace
 
 import numpy as np
@@ -16,7 +17,11 @@ from pendulum_sysid.pipeline import (
     ask_names_again,
     ask_shapes_again,
     list_doubtful_sizes,
+    measure_rest,
 )
+from pendulum_sysid.records import Estimate, Outcome
+from pendulum_sysid.telling.outcome import Findings
+from pendulum_twin.effects.effect import Scale
 
 OFFSET = Misfit("angle_offset", 0.04, "pole_rate*pole_angle", "pole")
 FRICTION = Misfit("cart_coulomb_friction", 0.1, "pole_angle", "cart")
@@ -95,6 +100,21 @@ def make_named(weight: float = 1.0, shown: int = 3) -> Named:
     )
 
 
+@dataclass(frozen=True)
+class CaseStandIn:
+    twin: None = None
+    scales: dict[Scale, float] = field(default_factory=lambda: dict.fromkeys(Scale, 1.0))
+
+
+@dataclass(frozen=True)
+class FitStandIn:
+    effects: tuple[str, ...]
+    estimates: dict[str, Estimate]
+    theta: None = None
+    twin: None = None
+    choose: float = 2.0
+
+
 def stand_in_for_laws(monkeypatch: pytest.MonkeyPatch, **answers: object) -> None:
     """Let effects beside laws be as given: all of them are needed, and nothing doubts them."""
     usual: dict[str, object] = {
@@ -149,6 +169,38 @@ def test_an_effect_that_laws_make_sure_is_a_name(
     assert [effect.effect for effect in names] == [name] * regained
     assert [effect.effect for effect in perhaps] == [name] * (not regained)
     assert all(effect.is_sure for effect in names)
+
+
+@pytest.mark.parametrize(
+    ("laws", "named"), [(CART_LAW, True), ((*CART_LAW, *TURN_LAW), False)], ids=["one", "several"]
+)
+def test_a_name_is_judged_by_the_interval_that_the_verdict_tells(
+    monkeypatch: pytest.MonkeyPatch, laws: tuple[str, ...], named: bool
+) -> None:
+    """Several laws are a choice: a name that is sure beside them alone is none."""
+    tilt, size = "rail_tilt", "rail_tilt.angle_rad"
+    law_fit = FitStandIn((tilt,), {size: Estimate(0.004, 0.003, 0.005)})
+    without = FitStandIn((tilt,), {size: Estimate(0.004, -0.001, 0.009)})
+    measured = SimpleNamespace(named=(law_fit, ()), kinds=laws, case=None, law_fit=None)
+    stand_in_for_laws(
+        monkeypatch,
+        decide_outcome=lambda findings: Outcome.NOT_IN_CATALOGUE,
+        is_motion_effect=lambda name: True,
+        measure_best_laws=lambda *about: measured,
+        measure_noise_floor=lambda *about: None,
+        widen_intervals=lambda case, split, fit: fit,
+        is_at_noise=lambda *about: True,
+        list_shared_parameters=lambda case, law_fit: (),
+        ask_shapes_again=lambda *about: (),
+        add_readings=lambda case, fit, sure: (fit, sure),
+        run_parts=lambda case, split: {"train": None},
+        localise=lambda *about: None,
+    )
+    names = (Named(tilt, Lead(2.0, 5.0)),)
+    findings = Findings(CaseStandIn(), without, without, names, *[None] * 6)
+    kept = measure_rest(findings, SimpleNamespace(held_out=None), lambda line: None)
+    assert [effect.effect for effect in kept.named] == [tilt] * named
+    assert [effect.effect for effect in kept.perhaps] == [tilt] * (not named)
 
 
 @pytest.mark.parametrize("doubt", ["list_lesser_parts", "list_stand_ins"])

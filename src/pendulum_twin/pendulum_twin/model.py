@@ -22,7 +22,7 @@ from pendulum_twin.suggest import hint_at_names
 
 SCHEMA = "pendulum_twin/1"
 KEYS = ("schema", "name", "rig", "effects", "measured_laws")
-MOST_LAWS = 4  # measured laws in a twin: the parameter vector has so many slots
+MOST_LAWS = 5  # measured laws in a twin: the parameter vector has so many slots
 LARGEST_SPREAD = 1e6  # in the unit of the constant
 
 

@@ -95,12 +95,18 @@ def make_theta(twin: Twin) -> Floats:
 
 def put_law(theta: Floats, slot: int, name: str, law: Law) -> None:
     """Put a law into a slot, 0 to MOST_LAWS - 1, of theta (SIZE,)."""
+    take_law_out(theta, slot)
     at = LAWS + slot * LAW_SIZE
-    theta[at : at + LAW_SIZE] = 0.0
     number = 1 + next(k for k, kind in enumerate(KINDS) if kind.name == name)
     step = compute_step(KINDS[number - 1], law.knots)
     theta[at : at + VALUES] = (number, len(law.knots), law.knots[0], step)
     theta[at + VALUES : at + VALUES + len(law.values)] = law.values
+
+
+def take_law_out(theta: Floats, slot: int) -> None:
+    """Empty a slot, 0 to MOST_LAWS - 1, of theta (SIZE,)."""
+    at = LAWS + slot * LAW_SIZE
+    theta[at : at + LAW_SIZE] = 0.0
 
 
 def get_laws(theta: Floats) -> dict[str, Law]:

@@ -7,7 +7,9 @@ import pytest
 from pendulum_sysid.finding.judge import Lead, compute_distance, is_surely_there
 from pendulum_sysid.finding.localisation import shape_check
 from pendulum_sysid.finding.naming import Named, doubt_intervals, part_sure_names
+from pendulum_sysid.fitting.parameters import list_effect_parameters
 from pendulum_sysid.records import Estimate
+from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Scale
 
 ABOVE, AT_NOISE = 20.0, 1.0  # misfits, in units of noise
@@ -58,20 +60,28 @@ def test_the_place_of_an_effect_is_no_size() -> None:
     assert not is_surely_there(make_fit(ABOVE, patch), "rail_friction_patch", SCALES)
 
 
-@pytest.mark.parametrize(("narrowest", "there"), [(0.0, False), (0.1, True)])
-def test_a_drag_at_a_place_of_any_width_is_no_name(narrowest: float, there: bool) -> None:
+WIDEST = next(
+    free.high
+    for free in list_effect_parameters(BY_NAME["rail_drag_patch"], SCALES)
+    if free.name == "rail_drag_patch.width_m"
+)
+
+
+@pytest.mark.parametrize(("widest", "there"), [(WIDEST, False), (0.9 * WIDEST, True)])
+def test_a_drag_as_wide_as_the_rail_is_at_no_place(widest: float, there: bool) -> None:
     """A cable that hangs from the rail drags everywhere, and a patch of any width explains it."""
     patch = {
         "rail_drag_patch.n_s_per_m": Estimate(0.20, 0.005, 0.42),
         "rail_drag_patch.centre_m": Estimate(0.29, 0.14, 0.49),
-        "rail_drag_patch.width_m": Estimate(0.34, narrowest, 1e6),
+        "rail_drag_patch.width_m": Estimate(0.34, 0.1, widest),
     }
     assert is_surely_there(make_fit(ABOVE, patch), "rail_drag_patch", SCALES) is there
 
 
-def test_a_share_that_a_twin_file_may_leave_out_may_be_anything() -> None:
+def test_a_belt_with_any_damping_is_a_belt() -> None:
     belt = {
         "stretching_belt.period_s": Estimate(0.08, 0.07, 0.09),
+        "stretching_belt.damping": Estimate(0.2, 0.0, 0.95),
         "stretching_belt.motor_share": Estimate(0.1, 0.0, 0.8),
     }
     assert is_surely_there(make_fit(ABOVE, belt), "stretching_belt", SCALES)

@@ -42,7 +42,7 @@ from pendulum_twin.laws.kind import LIMITS, Role
 from pendulum_twin.laws.law import Law, evaluate_law, spread_turn
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import LAWS as LAWS_BEGIN
-from pendulum_twin.parameter_vector import VALUES, make_theta
+from pendulum_twin.parameter_vector import VALUES, list_law_kinds, make_theta
 
 RIG = Twin("rig", INTECO.rig)
 AT = np.linspace(-1.8, 1.8, 61)
@@ -359,17 +359,22 @@ def test_a_curve_over_time_waits_for_its_formula_until_other_laws_are_measured()
 
 @dataclass(frozen=True)
 class Scripted:
-    """Stand for a fit with laws: their kinds, and which have formulas."""
+    """Stand for a fit with laws: their kinds, which have formulas, and the evidence for them."""
 
     kinds: tuple[str, ...]
     formulas: tuple[bool, ...]
     choose: float
+    nats: tuple[float, ...] | None = None
     is_at_noise = False
 
     @property
     def law_fit(self):
         curves = tuple(SimpleNamespace(kind=BY_NAME[kind]) for kind in self.kinds)
-        return SimpleNamespace(curves=curves, fit=SimpleNamespace(choose=self.choose))
+        nats = self.nats or (100.0,) * len(curves)
+        priors = tuple(SimpleNamespace(evidence=value) for value in nats)
+        return SimpleNamespace(
+            curves=curves, priors=priors, fit=SimpleNamespace(choose=self.choose)
+        )
 
     @property
     def named(self):
@@ -410,6 +415,27 @@ def test_a_curve_over_time_waits_until_its_formula_comes(comes, helps, monkeypat
         assert held.kinds == (drag,) if helps else held is None
 
 
+def test_a_law_that_a_later_law_makes_needless_goes(monkeypatch):
+    """A drag of the pole stood for the error of a disc, and was told as a drag of 1e-9 N m s."""
+    drag, disc, gain = "pole_one_way_drag_by_angle", "angle_error_over_turn", "command_curve"
+    longer = {
+        (): Scripted((drag,), (False,), 20.0),
+        (drag,): Scripted((drag, disc), (False, False), 3.0, nats=(-0.1, 19.0)),
+        (disc,): Scripted((disc, gain), (False, False), 2.0, nats=(12.0, 5.0)),
+    }
+    stand_ins = {
+        "_add_law": lambda measured, *about: longer.get(measured.kinds),
+        "_leave_curves_out": lambda measured, which: Scripted(
+            tuple(k for n, k in enumerate(measured.kinds) if n not in which), (False,), 3.0
+        ),
+        "_is_of_rig": lambda measured: False,
+    }
+    for name, stand_in in stand_ins.items():
+        monkeypatch.setattr(measure_module, name, stand_in)
+    held = measure_module._add_laws(Scripted((), (), 40.0), lambda line: None, np.inf, 0)
+    assert held.kinds == (disc, gain)
+
+
 def test_a_curve_over_time_that_other_laws_can_do_without_is_not_needed(monkeypatch):
     drag, gain = "cart_drag_by_pole_rate", "drive_gain_over_time"
     case, split = prepare_with({drag: LAWS[drag]}, 20.0)
@@ -423,6 +449,7 @@ def test_a_curve_over_time_that_other_laws_can_do_without_is_not_needed(monkeypa
     assert idle.kinds == (drag, gain)
     without = measure_module._leave_curves_out(idle, [1])
     assert without.kinds == (drag,)
+    assert [kind.name for kind in list_law_kinds(without.law_fit.fit.theta)] == [drag]
     assert not compute_lead(idle.law_fit.fit, without.law_fit.fit).is_real
     assert measure_module._list_idle_over_time(idle) == [1]
 

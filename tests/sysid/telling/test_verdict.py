@@ -13,6 +13,7 @@ from support.made_recordings import PERIOD_S, made, made_states, without_joint
 from pendulum_bridge.emulator.load import add_load
 from pendulum_sysid import decisions, pipeline
 from pendulum_sysid.finding.detectors import Reading
+from pendulum_sysid.finding.judge import Lead
 from pendulum_sysid.finding.search import Named
 from pendulum_sysid.pipeline import diagnose
 from pendulum_sysid.records import Estimate, Outcome, Recording
@@ -335,6 +336,21 @@ def test_a_twin_far_above_its_floor_that_does_not_follow_is_not_of_this_rig(
     assert found["outcome"] == "not_in_catalogue" and found["missing_physics"] == []
     assert [effect["effect"] for effect in found["perhaps"]] == ["cart_coulomb_friction"]
     assert "errors over 1 s change: cart" in found["sentence"]  # they do not fall
+
+
+def test_what_is_read_off_an_unlike_recording_is_told_too(
+    friction: tuple[dict, Findings],
+) -> None:
+    """A lag of the reported velocities is read off, and is no effect of the fit."""
+    kept = replace_after(friction[1], 3000.0)
+    lag = Named("velocity_filter", Lead(2.0, 5.0))
+    size = {"velocity_filter.time_constant_s": Estimate(0.03, 0.02, 0.04)}
+    fit = replace(kept.best, estimates={**kept.best.estimates, **size})
+    kept = replace(kept, best=fit, named=(*kept.named, lag))
+    found = make_verdict(kept, kept.case.recording, 1.0).to_dict()
+    assert found["missing_physics"] == []
+    names = [effect["effect"] for effect in found["perhaps"]]
+    assert names == ["cart_coulomb_friction", "velocity_filter"]
 
 
 @pytest.mark.parametrize(

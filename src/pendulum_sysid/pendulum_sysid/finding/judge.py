@@ -179,13 +179,13 @@ def is_surely_there(fit: Fit, effect: str, scales: Scales) -> bool:
 
     The size of an effect of shapes alone is a shape: the step of a coarse command. A limit does
     nothing from the largest command on. True for an effect without a size that is estimated. An
-    effect is not surely there where a shape may have any value of its range: a drag at a place of
-    any width is a drag along the rail.
+    effect at a place is not surely there where it may be as wide as the visited rail: it is then a
+    drag along the rail.
 
     scales: of the recording.
     """
     free = list_effect_parameters(BY_NAME[effect], scales)
-    if any(_may_be_anything(parameter, fit) for parameter in free):
+    if any(_may_be_everywhere(parameter, fit) for parameter in free):
         return False
     parameters = [p for p in BY_NAME[effect].parameters if np.isfinite(p.neutral)]
     sizes = [p for p in parameters if not p.shape] or parameters
@@ -194,14 +194,12 @@ def is_surely_there(fit: Fit, effect: str, scales: Scales) -> bool:
     return not known or any(_tell_from_nothing(p, e, scales) for p, e in known)
 
 
-def _may_be_anything(parameter: Free, fit: Fit) -> bool:
-    """Return whether the interval of a shape, which no twin file leaves out, holds its range."""
+def _may_be_everywhere(parameter: Free, fit: Fit) -> bool:
+    """Return whether the interval of a width reaches the largest width that a fit may reach."""
     estimate = fit.estimates.get(parameter.name)
     effect, _, name = parameter.name.partition(".")
     (declared,) = (p for p in BY_NAME[effect].parameters if p.name == name)
-    if estimate is None or not declared.shape or declared.optional:
-        return False
-    return estimate.low <= parameter.low and parameter.high <= estimate.high
+    return declared.confines and estimate is not None and estimate.high >= parameter.high
 
 
 def _tell_from_nothing(parameter: Parameter, estimate: Estimate, scales: Scales) -> bool:

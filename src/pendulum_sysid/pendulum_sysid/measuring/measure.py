@@ -18,7 +18,7 @@ from pendulum_sysid.finding.judge import Lead, compute_lead, compute_least_ratio
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit_over_horizon
 from pendulum_sysid.fitting.gauss_newton import scale_values
-from pendulum_sysid.measuring.curve import Curve, refine_knots
+from pendulum_sysid.measuring.curve import Curve, find_slot, refine_knots
 from pendulum_sysid.measuring.halves import is_seen_in_halves
 from pendulum_sysid.measuring.naming import NamedCurve, name_curves
 from pendulum_sysid.measuring.penalised_fit import LawFit, fit_laws, list_all_free, list_parts
@@ -31,6 +31,7 @@ from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Floats
 from pendulum_twin.laws.kind import Variable
 from pendulum_twin.laws.law import locate_on_knots, make_curve_matrix
+from pendulum_twin.parameter_vector import take_law_out
 
 Progress = Callable[[str], None]
 
@@ -142,11 +143,14 @@ def measure_laws(
 def _add_laws(measured: Measured, report: Progress, most: float, most_waiting: int) -> Measured:
     """Return the fit with law after law, as long as a law helps.
 
-    A curve over time that has its formula does not wait again: no later law may take it away.
+    A law that a later law makes needless goes. A curve over time that has its formula does not
+    wait again: no later law may take it away.
 
     most_waiting: number of curves over time that may stay without a formula.
     """
-    while len(measured.law_fit.curves) < decisions.LAWS_MEASURED:
+    for _ in range(2 * decisions.LAWS_MEASURED):  # each may make an earlier law needless
+        if len(measured.law_fit.curves) == decisions.LAWS_MEASURED:
+            break
         if measured.law_fit.curves and _is_of_rig(measured):
             if measured.is_at_noise:
                 break
@@ -155,10 +159,17 @@ def _add_laws(measured: Measured, report: Progress, most: float, most_waiting: i
         longer = _add_law(measured, report, most_waiting)
         if longer is None:
             break
-        measured = longer
+        needless = _list_needless(longer.law_fit)
+        measured = _leave_curves_out(longer, needless) if needless else longer
         if measured.law_fit.fit.choose > most:
             break
     return measured
+
+
+def _list_needless(law_fit: LawFit) -> list[int]:
+    """Return the curves for which there is no evidence any more beside the last curve."""
+    earlier = law_fit.priors[:-1]
+    return [k for k, prior in enumerate(earlier) if prior.evidence < decisions.LAW_LEAST_NATS]
 
 
 def begin_without_laws(case: Case, split: Split, start: Fit) -> LawFit:
@@ -229,7 +240,7 @@ def _leave_curves_out(measured: Measured, which: Sequence[int]) -> Measured:
     law_fit = measured.law_fit
     theta = law_fit.fit.theta.copy()
     for k in which:
-        law_fit.curves[k].put(theta, np.zeros(len(law_fit.curves[k].knots)))
+        take_law_out(theta, find_slot(theta, law_fit.curves[k].kind))
     others = [n for n in range(len(law_fit.curves)) if n not in which]
     less = fit_laws(
         measured.case,

@@ -28,6 +28,7 @@ from pendulum_sysid.records import Estimate, Fit, Split
 from pendulum_twin.arrays import Floats
 
 ITERATIONS = 12
+BLIND = 1e-14  # of the largest power, below which nothing fixes a direction
 
 
 @dataclass(frozen=True)
@@ -89,9 +90,7 @@ def fit_laws(
     system = solved.system
     assert system is not None
     scatter = _measure_inflation(system, precision, pieces)
-    covariance = scatter * np.linalg.pinv(
-        system.normal + precision * (scatter / inflation), rcond=1e-14, hermitian=True
-    )
+    covariance = scatter * invert_normal(system.normal + precision * (scatter / inflation))
     left_out = cross_validate(problem, solved, free, pieces, precision)
     sizes = np.array([parameter.size for parameter in free])
     fit = Fit(
@@ -121,6 +120,18 @@ def fit_laws(
         scatter,
         system,
     )
+
+
+def invert_normal(normal: Floats) -> Floats:
+    """Return the inverse (parameters, parameters) of a normal matrix.
+
+    The variance of a parameter that nothing fixes is infinite.
+    """
+    values, vectors = np.linalg.eigh(normal)
+    blind = values < BLIND * max(values.max(), np.finfo(float).tiny)
+    inverse: Floats = (vectors / np.where(blind, np.inf, values)) @ vectors.T
+    np.fill_diagonal(inverse, np.where(vectors**2 @ blind > 1e-6, np.inf, np.diag(inverse)))
+    return inverse
 
 
 def make_penalty(

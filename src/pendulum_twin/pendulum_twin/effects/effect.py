@@ -109,6 +109,7 @@ class Parameter:
     delays: True for a time, s, by which the motion follows the command later.
     holds: True for a level of dry friction that holds its joint at rest at any place.
     resonant: True for the period of a resonance: the effect is in no proportion to it.
+    confines: True for a width: at its largest, the effect is at no place in particular.
     idle_beyond: scale from which on the effect does nothing: a limit above the largest command.
     optional: True for a value that a twin file may leave out; it is then neutral.
     """
@@ -133,6 +134,7 @@ class Parameter:
     delays: bool = False
     holds: bool = False
     resonant: bool = False
+    confines: bool = False
     idle_beyond: Scale | None = None
     optional: bool = False
 

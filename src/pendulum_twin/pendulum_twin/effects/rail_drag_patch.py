@@ -32,6 +32,7 @@ EFFECT = Effect(
             shape=True,
             most=1.0,
             fewest=0.03,
+            confines=True,
         ),
     ),
     sentence="Viscous drag is larger by {n_s_per_m} around {centre_m} of the rail, over a width "

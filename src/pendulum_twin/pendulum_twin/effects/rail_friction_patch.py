@@ -33,6 +33,7 @@ EFFECT = Effect(
             shape=True,
             most=1.0,
             fewest=0.03,
+            confines=True,
         ),
     ),
     sentence="Dry friction is larger by {level_n} around {centre_m} of the rail, over a width of "
