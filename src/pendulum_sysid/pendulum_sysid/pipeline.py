@@ -38,6 +38,7 @@ from pendulum_sysid.fitting.latent_force import measure_latent_force
 from pendulum_sysid.fitting.noise_floor import NoiseFloor, measure_noise_floor
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
+from pendulum_sysid.measuring.law_parts import give_parts_back
 from pendulum_sysid.measuring.measure import Measured, measure_best_laws
 from pendulum_sysid.measuring.names_beside_laws import (
     is_part_of_law,
@@ -179,6 +180,7 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     measured = measure_best_laws(case, split, starts, has_names, progress)
     if measured is None:
         return findings
+    measured = give_parts_back(measured, findings.best.effects)
     fit, laws = measured.named
     floor = measure_noise_floor(replace(case, twin=fit.twin), fit.theta, split.held_out)
     fit, at_noise = widen_intervals(case, split, fit), is_at_noise(case, split, fit, floor)

@@ -86,11 +86,11 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
     readings = () if unlike_rig else findings.certain
     certain = tuple(describe_certain(r) for r in readings if r.effect not in known)
     names |= {effect.effect for effect in certain}
-    held = {*findings.final.effects, *(effect.effect for effect in closest)}  # with readings
+    estimated = {*findings.final.effects, *(effect.effect for effect in closest)}  # with readings
     others = tuple(
         effect
         for effect in (*findings.named, *findings.perhaps)
-        if effect.effect not in names and effect.effect in held
+        if effect.effect not in names and effect.effect in estimated
     )
     plan, why = findings.coming.plan, findings.coming.why
     return Verdict(
