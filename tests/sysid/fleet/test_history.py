@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.drawn_verdicts import make_named
 from support.fleet_rows import SIZES, draw_history, make_result
 from support.made_recordings import INTECO
 
@@ -16,6 +17,7 @@ from pendulum_sysid.fleet.comparison import compare_rigs
 from pendulum_sysid.fleet.history import read_histories
 from pendulum_sysid.fleet.rows import RIG, Result
 from pendulum_sysid.fleet.store import Store
+from pendulum_sysid.fleet.work import fill_row
 from pendulum_twin.model import load_twin, save_twin
 
 DAYS = np.arange(60.0)
@@ -133,6 +135,27 @@ def test_an_effect_that_appears_is_a_change(tmp_path: Path, capsys) -> None:
     (change,) = tell(store, capsys, "r")["changes"]
     assert change["size"] == "cart_coulomb_friction.named"
     assert change["first_recording_after"].endswith("day_018.00")
+
+
+def test_a_recording_that_is_unlike_its_rig_does_not_count(tmp_path: Path) -> None:
+    """A file of another rig has other constants, and lacks what is named here."""
+    store = Store(str(tmp_path / "store"))
+    store.create()
+    value, error, unit = SIZES["force_per_pwm_n"]
+    for day in range(20):
+        foreign = day == 12
+        sizes = {"force_per_pwm_n": (3.0 * value if foreign else value, error, unit)}
+        outcome = "unlike_rig" if foreign else "named"
+        store.write([make_result("r", day, sizes, method="diagnose", outcome=outcome)])
+    (history,) = read_histories(store)
+    assert (len(history.recordings), len(history.unanswered)) == (19, 1)
+    assert {len(size.rows) for size in history.sizes} == {19} and not history.changes
+
+
+def test_the_row_of_a_recording_says_that_it_is_unlike_its_rig() -> None:
+    row = make_result("r", 0, {}).recording
+    assert fill_row(row, replace(make_named(), unlike_rig=True)).outcome == "unlike_rig"
+    assert fill_row(row, make_named()).outcome == "named"
 
 
 def test_the_site_tells_what_the_store_holds(tmp_path: Path, capsys) -> None:

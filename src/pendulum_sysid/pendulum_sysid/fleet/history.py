@@ -13,14 +13,13 @@ from pendulum_sysid import decisions
 from pendulum_sysid.errors import FileError
 from pendulum_sysid.fleet.changes import Change, Course, Piece, find_changes
 from pendulum_sysid.fleet.pooling import Pooled, pool_estimates
-from pendulum_sysid.fleet.rows import RIG
+from pendulum_sysid.fleet.rows import RIG, UNANSWERED
 from pendulum_sysid.fleet.store import Store
 from pendulum_twin.arrays import Floats
 from pendulum_twin.suggest import ask_if_meant
 
 PRESENCE = "named"  # parameter that says whether an effect was named: 1 or 0
 WEEK_S = 7 * 86_400.0
-NOT_ANSWERS = ("unusable", "failed", "put_aside")
 MOST_TIMES = 10.0  # ratio; a change by more, as of an offset near 0, is told without a share
 
 
@@ -106,7 +105,7 @@ def read_histories(store: Store, rig: str | None = None) -> list[History]:
 
 def make_history(rig: str, recordings: pd.DataFrame, sizes: pd.DataFrame) -> History:
     """Return the history of a rig from its rows."""
-    answered = ~recordings["outcome"].isin(NOT_ANSWERS)
+    answered = ~recordings["outcome"].isin(UNANSWERED)
     usable = recordings[answered].reset_index(drop=True)
     series, left_out = [], {}
     for owner, parameter, unit, rows in _list_series(usable, sizes):
@@ -129,7 +128,7 @@ def _list_series(
     recordings: pd.DataFrame, sizes: pd.DataFrame
 ) -> Iterator[tuple[str, str, str, pd.DataFrame]]:
     """Yield each size with the rows that fix it, and whether each effect was named."""
-    sizes = sizes[~sizes["outcome"].isin(NOT_ANSWERS)]
+    sizes = sizes[~sizes["outcome"].isin(UNANSWERED)]
     owners = sorted(set(sizes["owner"]), key=lambda owner: (owner != RIG, owner))
     for owner in owners:
         own = sizes[sizes["owner"] == owner]

@@ -8,7 +8,11 @@ from typing import Any
 
 import pyarrow as pa
 
-PUT_ASIDE, FAILED = "put_aside", "failed"  # beside the outcomes of a diagnosis
+from pendulum_sysid.records import Outcome
+
+# Outcomes beside those of a diagnosis; a recording that is unlike its rig may be of another rig.
+PUT_ASIDE, FAILED, UNLIKE_RIG = "put_aside", "failed", "unlike_rig"
+UNANSWERED = (PUT_ASIDE, FAILED, UNLIKE_RIG, Outcome.UNUSABLE.value)
 RIG = "rig"  # owner of the rig's constants
 
 
@@ -22,7 +26,8 @@ class RecordingRow:
         digest: "sha256:..." over the bytes of its files.
         path: where it was found.
         seconds: its length, s; NaN when it could not be read.
-        outcome: of the diagnosis; `fitted`; `unusable`; `failed` (an internal error); `put_aside`.
+        outcome: of the diagnosis; `fitted`; `failed` (an internal error); `put_aside`;
+            `unlike_rig` (no size of it counts for the rig).
         sentence: the answer, or why there is none.
         place: where in the chain the twin is wrong; empty for nowhere.
         before, after: held-out scores of the twin as given and of the improved twin; NaN for none.

@@ -15,15 +15,13 @@ from pendulum_sysid.fleet.recordings import (
     compute_source_digest,
     find_sources,
 )
-from pendulum_sysid.fleet.rows import FAILED, PUT_ASIDE, Result
+from pendulum_sysid.fleet.rows import UNANSWERED, Result
 from pendulum_sysid.fleet.store import Key, Store
 from pendulum_sysid.fleet.table import RigEntry, read_table
 from pendulum_sysid.fleet.warm_up import compile_kernels
 from pendulum_sysid.fleet.work import Work, examine_recording, get_version, put_aside
-from pendulum_sysid.records import Outcome
 
 WRITE_EVERY_S, WRITE_EVERY = 10.0, 200  # s, and recordings: so much a killed run loses at most
-UNANSWERED = (PUT_ASIDE, FAILED, Outcome.UNUSABLE.value)
 
 Progress = Callable[[str], None]
 

@@ -17,7 +17,15 @@ from pendulum_sysid.fitting.fit import fit_own_parameters
 from pendulum_sysid.fitting.parameters import list_free_parameters
 from pendulum_sysid.fitting.window_runs import run_windows
 from pendulum_sysid.fleet.recordings import Source, fetch, read_beginning
-from pendulum_sysid.fleet.rows import FAILED, PUT_ASIDE, RIG, RecordingRow, Result, SizeRow
+from pendulum_sysid.fleet.rows import (
+    FAILED,
+    PUT_ASIDE,
+    RIG,
+    UNLIKE_RIG,
+    RecordingRow,
+    Result,
+    SizeRow,
+)
 from pendulum_sysid.fleet.store import Store
 from pendulum_sysid.pipeline import diagnose
 from pendulum_sysid.prepare import prepare
@@ -149,7 +157,8 @@ def _diagnose(
 
 def fill_row(row: RecordingRow, verdict: Verdict) -> RecordingRow:
     """Return the row with what the verdict says."""
-    row = replace(row, outcome=verdict.outcome.value, sentence=verdict.sentence)
+    outcome = UNLIKE_RIG if verdict.unlike_rig else verdict.outcome.value
+    row = replace(row, outcome=outcome, sentence=verdict.sentence)
     if verdict.location is not None:
         row = replace(row, place=verdict.location.place)
     if verdict.fit is not None:
