@@ -513,6 +513,24 @@ def test_a_wave_of_a_turn_is_a_name_where_it_is_most_of_the_error(sine_rad, less
     assert not is_part_of_law(held, "cart_coulomb_friction")
 
 
+KINKED, BENT = (
+    (lambda x: 0.06 * np.maximum(x - 0.02, 0.0)),
+    (lambda x: 0.05 * x + 0.06 * x * abs(x)),
+)
+
+
+@pytest.mark.parametrize(("error", "lesser"), [(KINKED, ["position_scale"]), (BENT, [])])
+def test_a_scale_that_half_of_the_rail_lacks_is_no_scale(error, lesser):
+    """A tape with a joint was named as a scale of 0.04: it has none, and 0.06 behind the joint."""
+    kind, knots = BY_NAME["position_error_along_rail"], np.linspace(-0.35, 0.35, 24)
+    curve = Curve(kind, knots, knots, 0.01, -1.0, ("mean",), ("slope",))
+    scale, level = np.polyfit(knots, error(knots), 1)
+    theta = make_theta(replace(RIG, effects={"position_scale": {"ratio": scale}}))
+    curve.put(theta, error(knots) - scale * knots - level)
+    law_fit = SimpleNamespace(curves=(curve,), fit=SimpleNamespace(theta=theta))
+    assert list_lesser_parts(SimpleNamespace(law_fit=law_fit), ["position_scale"]) == lesser
+
+
 @pytest.mark.parametrize(("bend", "bent"), [(0.3, []), (3.0, ["input_dead_zone"])])
 def test_an_effect_has_its_shape_where_a_law_of_its_kind_adds_little(bend, bent):
     """The curve beside the dead zone has 0.3 % of its power, or more than a fifth."""

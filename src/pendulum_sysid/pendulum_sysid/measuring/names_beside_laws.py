@@ -130,19 +130,28 @@ def list_lesser_parts(measured: Measured, names: Sequence[str]) -> list[str]:
     """Return the effects among names that are a part of a law and smaller than the rest of it.
 
     The error of a disc may have any shape. The first wave of that error (`Effect.law_parts`) is a
-    name only where the wave is larger than the rest of the error.
+    name only where the wave is larger than the rest of the error. A scale is a name only where the
+    slope of the rest, which varies the scale along the rail, is up to STEADY_SHARE of the scale.
     """
-    law_fit, lesser = measured.law_fit, []
-    for curve in law_fit.curves:
-        for name in names:
-            if BY_NAME[name].law_parts and BY_NAME[name].law_kind == curve.kind.name:
-                parts = np.array([PARTS[part](curve.knots) for part in BY_NAME[name].law_parts])
-                own = law_fit.fit.theta[SLOTS[name]] @ parts
-                if _measure_power(curve, own) < _measure_power(
-                    curve, curve.get_values(law_fit.fit.theta)
-                ):
-                    lesser.append(name)
-    return lesser
+    theta = measured.law_fit.fit.theta
+    return [
+        name
+        for curve in measured.law_fit.curves
+        for name in names
+        if BY_NAME[name].law_parts
+        and BY_NAME[name].law_kind == curve.kind.name
+        and _is_lesser_part(curve, BY_NAME[name].law_parts, theta[SLOTS[name]], theta)
+    ]
+
+
+def _is_lesser_part(curve: Curve, parts: Sequence[str], sizes: Floats, theta: Floats) -> bool:
+    """Return whether parts of so many sizes are small beside the law's values in theta (SIZE,)."""
+    own = sizes @ np.array([PARTS[part](curve.knots) for part in parts])
+    rest, share = curve.get_values(theta), 1.0
+    if "slope" in parts:
+        own, rest = np.gradient(own, curve.knots), np.gradient(rest, curve.knots)
+        share = decisions.STEADY_SHARE
+    return _measure_power(curve, rest) > share**2 * _measure_power(curve, own)
 
 
 def _measure_power(curve: Curve, values: Floats) -> float:
