@@ -55,6 +55,7 @@ from pendulum_sysid.planning.next_experiment import plan_next_experiment
 from pendulum_sysid.prepare import Prepared, prepare
 from pendulum_sysid.records import Fit, Outcome, Recording, Split
 from pendulum_sysid.telling.drawings import collect_drawings, draw_overlays
+from pendulum_sysid.telling.likeness import is_unlike
 from pendulum_sysid.telling.outcome import (
     Findings,
     decide_outcome,
@@ -168,7 +169,8 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
 
     Where names do not explain the errors, laws are tried without these names first. A name that
     the laws leave without a sure size, or can do without, is no name any more. Names and their
-    shapes are asked again beside the laws, which hold what disturbed them before.
+    shapes are asked again beside the laws, which hold what disturbed them before. Laws with which
+    the recording still does not look like its rig go: they follow what is random.
     """
     unnamed = decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE
     if not (decisions.MEASURE_LAWS and (unnamed or is_above_noise(findings))):
@@ -190,7 +192,7 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     fit, sure = add_readings(case, fit, sure)
     improved = replace(case, twin=fit.twin)
     after = run_parts(improved, split)
-    return replace(
+    with_laws = replace(
         findings,
         named=sure,
         perhaps=perhaps,
@@ -202,6 +204,7 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
         remains=localise(case, fit.theta, after["train"]),
         floor=measure_noise_floor(improved, fit.theta, split.held_out),
     )
+    return findings if is_unlike(with_laws) else with_laws
 
 
 def list_doubtful_sizes(measured: Measured, at_noise: bool) -> Collection[str]:
