@@ -324,7 +324,7 @@ def test_a_recording_ends_in_a_verdict_beside_the_plots(world: World, page: Page
     assert list_violations(page) == []
     let_diagnoses_end(world.folder)
     expect(row.locator(".level")).to_have_text("verdict: named")
-    expect(row.locator(".sentence")).to_have_text("Dry friction <b>holds</b>, nice 19.")
+    expect(row.locator(".sentence")).to_have_text("Dry friction <b>holds</b>, nice 10.")
     expect(page.locator("#recordings [role=status]")).to_contain_text("verdict: named. Dry fric")
     assert list_violations(page) == []
     calls = len(world.driver.calls)

@@ -80,7 +80,7 @@ def test_a_recording_is_followed_by_its_verdict(tmp_path: Path) -> None:
     desk = run_desk(tmp_path, make_fake_programs(), play)
     done = desk.newest
     assert (done.outcome, done.share) == ("named", 1.0)
-    assert done.sentence == "Dry friction <b>holds</b>, nice 19."  # it yields to all else
+    assert done.sentence == "Dry friction <b>holds</b>, nice 10."  # it yields to all else
     stages = list(dict.fromkeys(told[0].stage for told in desk.told))
     otherwise = Stage.KEPT, Stage.GIVEN_UP, Stage.FAILED
     assert stages == [stage for stage in Stage if stage not in otherwise]

@@ -57,6 +57,9 @@ LAWS = {
 }
 
 
+DRAG = "cart_drag_by_pole_rate"
+
+
 def prepare_with(laws, seconds=30.0):
     recording = made(replace(RIG, measured_laws=laws), seconds, amplitude=0.25)
     prepared = prepare([recording], RIG)
@@ -480,8 +483,11 @@ def test_a_law_that_the_given_twin_has_is_not_measured_again(monkeypatch):
 
 def test_a_twin_that_is_full_of_laws_gets_no_more():
     knots = (-0.5, 0.5)
-    names = ("cart_drag_along_rail", "cart_force_by_position", "pole_torque_by_position")
-    full = {name: Law(knots, (1e-3, 1e-3)) for name in (*names, "drive_gain_along_rail")}
+    names = (
+        "cart_drag_along_rail", "cart_force_by_position", "pole_torque_by_position",
+        "drive_gain_along_rail", "drive_gain_by_velocity",
+    )  # fmt: skip
+    full = {name: Law(knots, (1e-3, 1e-3)) for name in names}
     prepared = prepare([made(INTECO, 12.0, 0.2)], replace(INTECO, measured_laws=full))
     case, split = prepared.case, prepared.split
     begun = begin_without_laws(case, split, fit_own_parameters(case, split))
@@ -529,6 +535,26 @@ def test_a_scale_that_half_of_the_rail_lacks_is_no_scale(error, lesser):
     curve.put(theta, error(knots) - scale * knots - level)
     law_fit = SimpleNamespace(curves=(curve,), fit=SimpleNamespace(theta=theta))
     assert list_lesser_parts(SimpleNamespace(law_fit=law_fit), ["position_scale"]) == lesser
+
+
+@pytest.mark.parametrize("recovers", [True, False])
+def test_a_name_keeps_its_shape_beside_a_law_of_its_kind_that_was_not_measured(recovers):
+    """Both recordings of a battery that recovers named a drift; four other laws were measured.
+
+    A drift is a drift beside a drag that was not measured, whatever a curve over time follows.
+    """
+    drift, clock, drag = {"gain_drift": {"per_s": 0.003}}, np.linspace(0, 30, 31), LAWS[DRAG]
+    battery = {"drive_gain_over_time": Law(tuple(clock), tuple(-0.12 * np.exp(-clock / 9.0)))}
+    small = {DRAG: replace(drag, values=tuple(0.1 * np.array(drag.values)))}
+    truth = replace(RIG, measured_laws=battery if recovers else small)
+    truth = truth if recovers else replace(truth, effects=drift)
+    prepared = prepare([made(truth, 30.0, amplitude=0.25)], RIG)
+    case, split = prepared.case, prepared.split
+    start = make_theta(replace(RIG, effects=drift))
+    named = fit(case, split, ("gain_drift",), start, HORIZONS[0])
+    measured = measure_module.Measured(case, split, begin_without_laws(case, split, named))
+    without = leave_out_names(measured, ["gain_drift"])
+    assert list_stand_ins(measured, without) == ["gain_drift"] * recovers
 
 
 @pytest.mark.parametrize(("bend", "bent"), [(0.3, []), (3.0, ["input_dead_zone"])])

@@ -72,15 +72,17 @@ def list_needed(measured: Measured, without: Mapping[str, LawFit]) -> tuple[str,
 
 
 def list_stand_ins(measured: Measured, without: Mapping[str, LawFit]) -> list[str]:
-    """Return the effects that give way to another law: they stand for that law.
-
-    without: fits without each effect, see `leave_out_names`.
+    """Return the effects that stand for a law that was not measured.
 
     A cause keeps its size when a law is added that helps; a stand-in gives way by more than a
-    fifth of its force (`SHAPE_TOLERANCE` of its power). All laws are tried to first order; a law
-    to which an effect would give way is fitted, and has to help on windows left out. A part that
-    effect and law share stays with the effect, which has no prior. Curves over time are not tried:
-    they follow whatever is left. An effect beside which little is left cannot give way.
+    fifth of its force (`SHAPE_TOLERANCE` of its power). A cause keeps its shape beside a law of
+    its own kind; a stand-in is bent (`list_bent`), if that law is the likeliest: any other law of
+    its kind may follow what the likeliest explains. All laws are tried to first order; a law to
+    which an effect would yield is fitted, and has to help on windows left out. A part that effect
+    and law share stays with the effect, which has no prior. Curves over time follow whatever is
+    left, so no effect gives way to them. An effect beside which little is left cannot yield.
+
+    without: fits without each effect, see `leave_out_names`.
     """
     case, split, law_fit = measured.case, measured.split, measured.law_fit
     theta, stand_ins = law_fit.fit.theta, set[str]()
@@ -88,14 +90,13 @@ def list_stand_ins(measured: Measured, without: Mapping[str, LawFit]) -> list[st
     if not doubtful:
         return []
     forces = EffectForces(case, theta)
-    for candidate, stepped in step_to_curves(case, split, law_fit):
+    for rank, (candidate, stepped) in enumerate(step_to_curves(case, split, law_fit)):
         curve = candidate.curve
-        if curve.kind.variable is Variable.TIME:
-            continue
         yielding = [
             name
             for name in sorted(doubtful - stand_ins)
-            if not is_of_kind(curve, name) and _gives_way(forces, name, theta, stepped)
+            if not (rank and _may_bend(curve, name))
+            and _yields(forces, curve, name, theta, stepped)
         ]
         if not yielding:
             continue
@@ -104,8 +105,20 @@ def list_stand_ins(measured: Measured, without: Mapping[str, LawFit]) -> list[st
         except np.linalg.LinAlgError:
             continue
         if longer.lead is not None and longer.lead.is_real:
-            stand_ins |= {n for n in yielding if _gives_way(forces, n, theta, longer.fit.theta)}
+            curve, after = longer.curves[-1], longer.fit.theta
+            stand_ins |= {name for name in yielding if _yields(forces, curve, name, theta, after)}
     return sorted(stand_ins)
+
+
+def _yields(forces: EffectForces, curve: Curve, name: str, before: Floats, after: Floats) -> bool:
+    """Return whether a law bends an effect, or takes its size.
+
+    before, after: theta (SIZE,) without the law and with it.
+    """
+    if _may_bend(curve, name):
+        return _is_bent(forces, curve, name, after)
+    timed = curve.kind.variable is Variable.TIME
+    return not timed and _gives_way(forces, name, before, after)
 
 
 def _is_much_left(fit: Fit, without: Fit) -> bool:
@@ -166,25 +179,30 @@ def list_bent(measured: Measured, names: Sequence[str]) -> list[str]:
     is off, and its force may have SHAPE_TOLERANCE of the power of the effect's force. A law of dry
     friction varies the level that a friction has everywhere, by up to STEADY_SHARE of the level.
     """
-    theta, bent = measured.law_fit.fit.theta, []
+    theta = measured.law_fit.fit.theta
     beside = [
         (name, curve)
         for curve in measured.law_fit.curves
         for name in names
-        if is_of_kind(curve, name) or _is_level(curve.kind, BY_NAME[name])
+        if _may_bend(curve, name)
     ]
     if not beside:
         return []
     forces = EffectForces(measured.case, theta)
-    for name, curve in beside:
-        straight = theta.copy()
-        curve.put(straight, np.zeros(len(curve.knots)))
-        own, added = forces.compute(theta, [name])[0], forces.compute_share(theta, straight)
-        of_kind = is_of_kind(curve, name)
-        allowed = decisions.SHAPE_TOLERANCE if of_kind else decisions.STEADY_SHARE**2
-        if added @ added > allowed * own @ own:
-            bent.append(name)
-    return bent
+    return [name for name, curve in beside if _is_bent(forces, curve, name, theta)]
+
+
+def _may_bend(curve: Curve, name: str) -> bool:
+    return is_of_kind(curve, name) or _is_level(curve.kind, BY_NAME[name])
+
+
+def _is_bent(forces: EffectForces, curve: Curve, name: str, theta: Floats) -> bool:
+    """Return whether a law that theta (SIZE,) holds adds too much to an effect's force."""
+    straight = theta.copy()
+    curve.put(straight, np.zeros(len(curve.knots)))
+    own, added = forces.compute(theta, [name])[0], forces.compute_share(theta, straight)
+    allowed = decisions.SHAPE_TOLERANCE if is_of_kind(curve, name) else decisions.STEADY_SHARE**2
+    return bool(added @ added > allowed * own @ own)
 
 
 def is_of_kind(curve: Curve, name: str) -> bool:
