@@ -66,6 +66,15 @@ def prepare_with(laws, seconds=30.0):
     return prepared.case, prepared.split
 
 
+def fit_names_alone(recording, effects):
+    """Return a fit of a recording with these effects as names, and without laws."""
+    prepared = prepare([recording], RIG)
+    case, split = prepared.case, prepared.split
+    start = make_theta(replace(RIG, effects=effects))
+    named = fit(case, split, tuple(effects), start, HORIZONS[0])
+    return measure_module.Measured(case, split, begin_without_laws(case, split, named))
+
+
 @functools.cache
 def measure_alone(name):
     """Return a fit without the law of this name, and the law as it is measured."""
@@ -196,11 +205,7 @@ def test_an_effect_gives_way_to_the_law_that_it_stands_for():
     disc, turn = {"eccentric_encoder": {"sine_rad": 0.02, "cosine_rad": -0.02}}, spread_turn(24)
     magnets = Law(tuple(turn), tuple(0.004 * np.cos(turn) ** 2))
     truth = replace(RIG, measured_laws={"pole_torque_by_angle": magnets})
-    prepared = prepare([made(truth, 20.0, amplitude=0.3)], RIG)
-    case, split = prepared.case, prepared.split
-    start = make_theta(replace(RIG, effects=disc))
-    named = fit(case, split, ("eccentric_encoder",), start, HORIZONS[0])
-    held = measure_module.Measured(case, split, begin_without_laws(case, split, named))
+    held = fit_names_alone(made(truth, 20.0, amplitude=0.3), disc)
     without = leave_out_names(held, ["eccentric_encoder"])
     assert list_stand_ins(held, without) == ["eccentric_encoder"]
 
@@ -548,11 +553,7 @@ def test_a_name_keeps_its_shape_beside_a_law_of_its_kind_that_was_not_measured(r
     small = {DRAG: replace(drag, values=tuple(0.1 * np.array(drag.values)))}
     truth = replace(RIG, measured_laws=battery if recovers else small)
     truth = truth if recovers else replace(truth, effects=drift)
-    prepared = prepare([made(truth, 30.0, amplitude=0.25)], RIG)
-    case, split = prepared.case, prepared.split
-    start = make_theta(replace(RIG, effects=drift))
-    named = fit(case, split, ("gain_drift",), start, HORIZONS[0])
-    measured = measure_module.Measured(case, split, begin_without_laws(case, split, named))
+    measured = fit_names_alone(made(truth, 30.0, amplitude=0.25), drift)
     without = leave_out_names(measured, ["gain_drift"])
     assert list_stand_ins(measured, without) == ["gain_drift"] * recovers
 

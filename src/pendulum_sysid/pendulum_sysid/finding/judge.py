@@ -192,7 +192,7 @@ def is_surely_there(fit: Fit, effect: str, scales: Scales) -> bool:
     sizes = [p for p in parameters if not p.shape] or parameters
     estimates = [(p, fit.estimates.get(f"{effect}.{p.name}")) for p in sizes]
     known = [(p, estimate) for p, estimate in estimates if estimate is not None]
-    # One of several sizes leaves 0 out by chance more often: the 95 % region of all is asked.
+    # Of several sizes one leaves 0 out by chance more often: the 95 % region of all counts.
     wider = float(np.sqrt(chdtri(max(len(known), 1), 0.05) / chdtri(1, 0.05)))
     return not known or any(_tell_from_nothing(p, e, scales, wider) for p, e in known)
 
@@ -210,7 +210,7 @@ def _tell_from_nothing(
 ) -> bool:
     """Tell whether an interval leaves out the values at which the parameter does nothing.
 
-    wider: times the interval's width; the interval that is asked.
+    wider: ratio of the width that counts to the width of the interval.
     """
     low = estimate.value - wider * (estimate.value - estimate.low)
     high = estimate.value + wider * (estimate.high - estimate.value)
