@@ -15,13 +15,14 @@ from pendulum_twin.law_curves import fill_measured_laws
 from pendulum_twin.laws import BY_NAME, KINDS
 from pendulum_twin.laws.kind import LIMITS, Role, Variable
 from pendulum_twin.laws.law import (
+    MOST_LAWS,
     Law,
     evaluate_law,
     make_curve_matrix,
     spread_knots,
     spread_turn,
 )
-from pendulum_twin.model import MOST_LAWS, Twin, load_twin, save_twin
+from pendulum_twin.model import Twin, load_twin, save_twin
 from pendulum_twin.parameter_vector import LAWS, SIZE, get_laws, make_theta
 from pendulum_twin.sensors import apply_sensors, undo_sensors
 from pendulum_twin.stepper import Stepper

@@ -170,7 +170,8 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     Where names do not explain the errors, laws are tried without these names first. A name that
     the laws leave without a sure size, or can do without, is no name any more. Names and their
     shapes are asked again beside the laws, which hold what disturbed them before. Laws with which
-    the recording still does not look like its rig go: they follow what is random.
+    the recording still does not look like its rig go, where they explain no more than half of the
+    error: they follow what is random.
     """
     unnamed = decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE
     if not (decisions.MEASURE_LAWS and (unnamed or is_above_noise(findings))):
@@ -183,6 +184,8 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     if measured is None:
         return findings
     measured = give_parts_back(measured, findings.best.effects)
+    if not measured.law_fit.curves:  # all of them are parts of names
+        return findings
     fit, laws = measured.named
     floor = measure_noise_floor(replace(case, twin=fit.twin), fit.theta, split.held_out)
     fit, at_noise = widen_intervals(case, split, fit), is_at_noise(case, split, fit, floor)
@@ -204,7 +207,9 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
         remains=localise(case, fit.theta, after["train"]),
         floor=measure_noise_floor(improved, fit.theta, split.held_out),
     )
-    return findings if is_unlike(with_laws) else with_laws
+    left = (with_laws.after["held_out"].score / findings.after["held_out"].score) ** 2
+    explains = left < 1.0 - decisions.LEAST_EXPLAINED_SHARE
+    return with_laws if explains or not is_unlike(with_laws) else findings
 
 
 def list_doubtful_sizes(measured: Measured, at_noise: bool) -> Collection[str]:

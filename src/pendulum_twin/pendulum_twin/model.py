@@ -14,7 +14,7 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import read_yaml_as, write_atomically
 from pendulum_twin.laws import BY_NAME as LAW_KINDS
 from pendulum_twin.laws.kind import LawKind
-from pendulum_twin.laws.law import Law, check_law
+from pendulum_twin.laws.law import MOST_LAWS, Law, check_law
 from pendulum_twin.pole_body import POLE_COM_KEY, check_pole_body
 from pendulum_twin.rig import Rig, check_number, describe_unknown_key, parse_rig
 from pendulum_twin.strict_yaml import format_yaml
@@ -22,7 +22,6 @@ from pendulum_twin.suggest import hint_at_names
 
 SCHEMA = "pendulum_twin/1"
 KEYS = ("schema", "name", "rig", "effects", "measured_laws")
-MOST_LAWS = 5  # measured laws in a twin: the parameter vector has so many slots
 LARGEST_SPREAD = 1e6  # in the unit of the constant
 
 

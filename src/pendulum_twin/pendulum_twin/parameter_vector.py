@@ -14,8 +14,8 @@ from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect
 from pendulum_twin.laws import KINDS
 from pendulum_twin.laws.kind import LawKind
-from pendulum_twin.laws.law import MOST_KNOTS, Law, compute_step
-from pendulum_twin.model import MOST_LAWS, Twin
+from pendulum_twin.laws.law import MOST_KNOTS, MOST_LAWS, Law, compute_step
+from pendulum_twin.model import Twin
 
 BASE = (
     "mass_kg",  # m: all that moves along the rail; LOCKED for a cart that nothing moves

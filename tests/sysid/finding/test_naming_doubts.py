@@ -47,10 +47,14 @@ def test_of_several_sizes_one_that_is_surely_there_suffices() -> None:
     assert not is_surely_there(make_fit(ABOVE, cosine), "eccentric_encoder", SCALES)
 
 
-@pytest.mark.parametrize(("high", "there"), [(-0.0009, False), (-0.0025, True)])
-def test_several_sizes_are_sure_by_the_region_of_all(high: float, there: bool) -> None:
+@pytest.mark.parametrize(
+    ("low", "high", "there"),
+    [(-0.0147, -0.0009, False), (-0.0147, -0.0025, True), (0.0009, -0.0009, True)],
+    ids=["by a hair", "surely", "by both"],
+)
+def test_several_sizes_are_sure_by_the_region_of_all(low: float, high: float, there: bool) -> None:
     """A size of 0.0073 [0.0009, 0.0166] made a disc that wobbles an eccentric disc."""
-    sine = {"eccentric_encoder.sine_rad": Estimate(0.0075, -0.0147, 0.0207)}
+    sine = {"eccentric_encoder.sine_rad": Estimate(0.0075, low, 0.0207)}
     cosine = {"eccentric_encoder.cosine_rad": Estimate(-0.0073, -0.0166, high)}
     assert is_surely_there(make_fit(ABOVE, sine | cosine), "eccentric_encoder", SCALES) is there
 

@@ -14,7 +14,7 @@ from support.made_recordings import INTECO
 
 from pendulum_sysid.cli import main
 from pendulum_sysid.fleet.comparison import compare_rigs
-from pendulum_sysid.fleet.history import read_histories
+from pendulum_sysid.fleet.history import describe_history, read_histories
 from pendulum_sysid.fleet.rows import RIG, Result
 from pendulum_sysid.fleet.store import Store
 from pendulum_sysid.fleet.work import fill_row
@@ -150,6 +150,22 @@ def test_a_recording_that_is_unlike_its_rig_does_not_count(tmp_path: Path) -> No
     (history,) = read_histories(store)
     assert (len(history.recordings), len(history.unanswered)) == (19, 1)
     assert {len(size.rows) for size in history.sizes} == {19} and not history.changes
+    assert not history.ends_strange
+    assert "1 recording does not look like r" in describe_history(history)[-1]
+
+
+def test_a_rig_whose_last_recordings_are_unlike_it_needs_a_look(tmp_path: Path, capsys) -> None:
+    store = Store(str(tmp_path / "store"))
+    store.create()
+    for day in range(30):
+        outcome = "named" if day < 20 else "unlike_rig"
+        store.write([make_result("r", day, SIZES, method="diagnose", outcome=outcome)])
+    out = tmp_path / "site"
+    assert main(["fleet", "page", store.address, "--out", str(out)]) == 0
+    index, page = ((out / name).read_text() for name in ("index.html", "rig_r.html"))
+    assert "1 of 1 rigs need a look" in index and "unlike itself" in index
+    assert "10 recordings do not look like r" in page
+    assert "no change shows in 20 recordings" in page
 
 
 def test_the_row_of_a_recording_says_that_it_is_unlike_its_rig() -> None:

@@ -181,7 +181,7 @@ def is_surely_there(fit: Fit, effect: str, scales: Scales) -> bool:
     The size of an effect of shapes alone is a shape: the step of a coarse command. A limit does
     nothing from the largest command on. True for an effect without a size that is estimated. An
     effect at a place is not surely there where it may be as wide as the visited rail: it is then a
-    drag along the rail.
+    drag along the rail. The errors of several sizes are taken to be independent.
 
     scales: of the recording.
     """
@@ -192,9 +192,11 @@ def is_surely_there(fit: Fit, effect: str, scales: Scales) -> bool:
     sizes = [p for p in parameters if not p.shape] or parameters
     estimates = [(p, fit.estimates.get(f"{effect}.{p.name}")) for p in sizes]
     known = [(p, estimate) for p, estimate in estimates if estimate is not None]
+    if not known:
+        return True
     # Of several sizes one leaves 0 out by chance more often: the 95 % region of all counts.
-    wider = float(np.sqrt(chdtri(max(len(known), 1), 0.05) / chdtri(1, 0.05)))
-    return not known or any(_tell_from_nothing(p, e, scales, wider) for p, e in known)
+    squares = [_measure_distance(p, e, scales) ** 2 for p, e in known]
+    return bool(sum(squares) > chdtri(len(squares), 0.05) / chdtri(1, 0.05))
 
 
 def _may_be_everywhere(parameter: Free, fit: Fit) -> bool:
@@ -205,18 +207,17 @@ def _may_be_everywhere(parameter: Free, fit: Fit) -> bool:
     return declared.confines and estimate is not None and estimate.high >= parameter.high
 
 
-def _tell_from_nothing(
-    parameter: Parameter, estimate: Estimate, scales: Scales, wider: float
-) -> bool:
-    """Tell whether an interval leaves out the values at which the parameter does nothing.
+def _measure_distance(parameter: Parameter, estimate: Estimate, scales: Scales) -> float:
+    """Return how far a size is from the values at which it does nothing, 0 or more.
 
-    wider: ratio of the width that counts to the width of the interval.
+    In half widths of its interval to that side; more than 1 leaves these values out.
     """
-    low = estimate.value - wider * (estimate.value - estimate.low)
-    high = estimate.value + wider * (estimate.high - estimate.value)
+    below, above = estimate.value - estimate.low, estimate.high - estimate.value
     if parameter.idle_beyond is not None:
-        return high < scales[parameter.idle_beyond]
-    return not low <= parameter.neutral <= high
+        away = scales[parameter.idle_beyond] - estimate.value
+        return max(away, 0.0) / max(above, 1e-300)
+    away = estimate.value - parameter.neutral
+    return abs(away) / max(below if away > 0.0 else above, 1e-300)
 
 
 def _is_at_bound(fit: Fit, name: str) -> bool:

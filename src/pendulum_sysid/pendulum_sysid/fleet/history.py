@@ -13,7 +13,7 @@ from pendulum_sysid import decisions
 from pendulum_sysid.errors import FileError
 from pendulum_sysid.fleet.changes import Change, Course, Piece, find_changes
 from pendulum_sysid.fleet.pooling import Pooled, pool_estimates
-from pendulum_sysid.fleet.rows import RIG, UNANSWERED
+from pendulum_sysid.fleet.rows import RIG, UNANSWERED, UNLIKE_RIG
 from pendulum_sysid.fleet.store import Store
 from pendulum_twin.arrays import Floats
 from pendulum_twin.suggest import ask_if_meant
@@ -68,6 +68,20 @@ class History:
     unanswered: pd.DataFrame
     sizes: tuple[Size, ...]
     left_out: dict[str, int]
+
+    @property
+    def strange(self) -> pd.DataFrame:
+        """Return the rows of the recordings that do not look like the rig."""
+        return self.unanswered[self.unanswered["outcome"] == UNLIKE_RIG]
+
+    @property
+    def ends_strange(self) -> bool:
+        """Return whether the last recording, of those with an answer, does not look like it."""
+        if self.strange.empty:
+            return False
+        return bool(
+            self.recordings.empty or self.strange["time"].max() > self.recordings["time"].max()
+        )
 
     @property
     def changes(self) -> list[tuple[Size, Change]]:
@@ -241,11 +255,26 @@ def describe_history(history: History) -> list[str]:
     lines = [describe_change(*pair) for pair in history.changes]
     lines += [describe_drift(size) for size in history.drifts]
     if not any(len(s.rows) >= decisions.LEAST_HISTORY for s in history.sizes):
-        return [
+        lines = [
             f"{history.rig}: whether anything changed cannot be said: no size is fixed by "
             f"{decisions.LEAST_HISTORY} recordings."
         ]
-    return lines or [f"{history.rig}: no change shows in {len(history.recordings)} recordings."]
+    elif not lines:
+        lines = [f"{history.rig}: no change shows in {len(history.recordings)} recordings."]
+    return lines + describe_strange(history)
+
+
+def describe_strange(history: History) -> list[str]:
+    """Return a sentence about recordings that do not look like the rig; none without them."""
+    strange = history.strange
+    if strange.empty:
+        return []
+    last = strange.loc[strange["time"].idxmax()]
+    count = "1 recording does" if len(strange) == 1 else f"{len(strange)} recordings do"
+    return [
+        f"{count} not look like {history.rig}, the last of {format_time(last['time'])} "
+        f"({name_recording(last['path'])}): another rig's, or {history.rig} changed a lot."
+    ]
 
 
 def name_recording(path: str) -> str:

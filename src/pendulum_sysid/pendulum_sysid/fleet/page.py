@@ -78,7 +78,9 @@ def write_site(store: Store, folder: Path) -> list[Path]:
 def _describe_rig(history: History, is_unlike: bool) -> RigLine:
     changes = len(history.changes) + len(history.drifts)
     state = "quiet"
-    if history.recordings.empty:
+    if history.ends_strange:
+        state = "unlike itself"
+    elif history.recordings.empty:
         state = "no answers"
     elif changes:
         state = "changed"

@@ -20,13 +20,13 @@ from pendulum_twin.laws import KINDS
 from pendulum_twin.laws.kind import LIMITS, SCALES, LawKind, Role, Variable
 from pendulum_twin.laws.law import (
     LEAST_WAY,
+    MOST_LAWS,
     Law,
     compute_turn,
     locate_on_knots,
     spread_knots,
     spread_turn,
 )
-from pendulum_twin.model import MOST_LAWS
 from pendulum_twin.parameter_vector import LAW_SIZE, LAWS, VALUES, put_law
 
 # Knots to either side of a place whose values a run there may feel: two make the curve, and a run

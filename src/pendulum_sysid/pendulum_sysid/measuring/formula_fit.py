@@ -20,7 +20,7 @@ from pendulum_sysid.fitting.parameters import (
 )
 from pendulum_sysid.fitting.windows import shorten_windows
 from pendulum_sysid.measuring.curve import Curve, find_slot
-from pendulum_sysid.measuring.penalised_fit import make_estimates
+from pendulum_sysid.measuring.penalised_fit import invert_normal, make_estimates
 from pendulum_sysid.measuring.shapes import FittedShape, Shape
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Floats, Mask
@@ -132,7 +132,7 @@ def fit_formula(
         begun = solve(problem, begun.theta, free, begun.start_states, wanted, weak)
     solved = complete_system(problem, begun, free)
     assert solved.system is not None
-    covariance = np.linalg.pinv(solved.system.normal + weak, rcond=1e-14, hermitian=True)
+    covariance = invert_normal(solved.system.normal + weak)
     left_out = cross_validate(problem, solved, free, fit.pieces, weak)
     clean = solved.theta.copy()
     numbers = np.array([parameter.get(clean) for parameter in parameters])

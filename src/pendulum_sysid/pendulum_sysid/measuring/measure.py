@@ -31,7 +31,7 @@ from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Floats
 from pendulum_twin.laws.kind import Variable
 from pendulum_twin.laws.law import locate_on_knots, make_curve_matrix
-from pendulum_twin.parameter_vector import take_law_out
+from pendulum_twin.parameter_vector import list_law_kinds, take_law_out
 
 Progress = Callable[[str], None]
 
@@ -149,7 +149,7 @@ def _add_laws(measured: Measured, report: Progress, most: float, most_waiting: i
     most_waiting: number of curves over time that may stay without a formula.
     """
     for _ in range(2 * decisions.LAWS_MEASURED):  # each may make an earlier law needless
-        if len(measured.law_fit.curves) == decisions.LAWS_MEASURED:
+        if len(list_law_kinds(measured.law_fit.fit.theta)) >= decisions.LAWS_MEASURED:
             break
         if measured.law_fit.curves and _is_of_rig(measured):
             if measured.is_at_noise:
@@ -159,17 +159,32 @@ def _add_laws(measured: Measured, report: Progress, most: float, most_waiting: i
         longer = _add_law(measured, report, most_waiting)
         if longer is None:
             break
-        needless = _list_needless(longer.law_fit)
-        measured = _leave_curves_out(longer, needless) if needless else longer
+        measured = drop_needless(longer, _list_unlikely(longer))
         if measured.law_fit.fit.choose > most:
             break
     return measured
 
 
-def _list_needless(law_fit: LawFit) -> list[int]:
-    """Return the curves for which there is no evidence any more beside the last curve."""
-    earlier = law_fit.priors[:-1]
-    return [k for k, prior in enumerate(earlier) if prior.evidence < decisions.LAW_LEAST_NATS]
+def _list_unlikely(measured: Measured) -> list[str]:
+    """Return the kinds of laws, but the last, for which there is less evidence than starts a fit.
+
+    The fit without such a law decides: evidence falls with the scatter of the windows, too.
+    """
+    earlier = zip(measured.kinds[:-1], measured.law_fit.priors[:-1], strict=True)
+    return [kind for kind, prior in earlier if prior.evidence < decisions.LAW_LEAST_NATS]
+
+
+def drop_needless(measured: Measured, kinds: Sequence[str]) -> Measured:
+    """Return the fit without the laws that it does as well without, the least likely first.
+
+    kinds: of the laws that are asked.
+    """
+    priors = dict(zip(measured.kinds, measured.law_fit.priors, strict=True))
+    for kind in sorted(kinds, key=lambda kind: priors[kind].evidence):
+        less = _leave_curves_out(measured, [measured.kinds.index(kind)])
+        if not compute_lead(measured.law_fit.fit, less.law_fit.fit).is_real:
+            measured = less
+    return measured
 
 
 def begin_without_laws(case: Case, split: Split, start: Fit) -> LawFit:
@@ -242,10 +257,13 @@ def _leave_curves_out(measured: Measured, which: Sequence[int]) -> Measured:
     for k in which:
         take_law_out(theta, find_slot(theta, law_fit.curves[k].kind))
     others = [n for n in range(len(law_fit.curves)) if n not in which]
+    start = replace(law_fit.fit, theta=theta)
+    if not others:  # nothing may be left to fit
+        return replace(measured, law_fit=begin_without_laws(measured.case, measured.split, start))
     less = fit_laws(
         measured.case,
         measured.split,
-        replace(law_fit.fit, theta=theta),
+        start,
         tuple(law_fit.curves[n] for n in others),
         tuple(law_fit.priors[n] for n in others),
         law_fit.inflation,

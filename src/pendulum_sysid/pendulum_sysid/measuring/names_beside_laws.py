@@ -144,7 +144,7 @@ def list_lesser_parts(measured: Measured, names: Sequence[str]) -> list[str]:
 
     The error of a disc may have any shape. The first wave of that error (`Effect.law_parts`) is a
     name only where the wave is larger than the rest of the error. A scale is a name only where the
-    slope of the rest, which varies the scale along the rail, is up to STEADY_SHARE of the scale.
+    rest varies the scale from third to third of the rail by up to STEADY_SHARE of the scale.
     """
     theta = measured.law_fit.fit.theta
     return [
@@ -162,9 +162,22 @@ def _is_lesser_part(curve: Curve, parts: Sequence[str], sizes: Floats, theta: Fl
     own = sizes @ np.array([PARTS[part](curve.knots) for part in parts])
     rest, share = curve.get_values(theta), 1.0
     if "slope" in parts:
-        own, rest = np.gradient(own, curve.knots), np.gradient(rest, curve.knots)
+        own, rest = (_draw_slopes(curve, values) for values in (own, rest))
         share = decisions.STEADY_SHARE
     return _measure_power(curve, rest) > share**2 * _measure_power(curve, own)
+
+
+def _draw_slopes(curve: Curve, values: Floats) -> Floats:
+    """Return the slope (knots,) of values (knots,) over each third of the places, as visited.
+
+    A short wave varies no scale.
+    """
+    slopes, visits = np.empty(len(values)), np.maximum(curve.visits, 1.0)
+    for third in np.array_split(np.arange(len(values)), decisions.REPLICATION_PARTS):
+        around = curve.knots[third] - np.average(curve.knots[third], weights=visits[third])
+        weighted = visits[third] * around
+        slopes[third] = weighted @ values[third] / (weighted @ around)
+    return slopes
 
 
 def _measure_power(curve: Curve, values: Floats) -> float:

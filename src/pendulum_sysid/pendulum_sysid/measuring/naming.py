@@ -118,9 +118,11 @@ def select_shapes(kind: LawKind) -> tuple[Shape, ...]:
 def _is_certain(shape: FittedShape) -> bool:
     """Return whether the interval of a factor leaves out 0; of the offset only where it is all.
 
-    Of an edge the two sides have to differ.
+    Of an edge the two sides have to differ. Something has to fix every parameter.
     """
     factors = shape.shape.factors
+    if not np.all(np.isfinite(shape.deviations)):
+        return False
     if shape.shape.edge:
         apart = abs(float(shape.values[1] - shape.values[0]))
         return apart > decisions.INTERVAL_DEVIATIONS * float(np.hypot(*shape.deviations[:2]))

@@ -29,7 +29,7 @@ from pendulum_sysid.measuring.smoothness import (
 )
 from pendulum_sysid.records import Split
 from pendulum_twin.arrays import Floats
-from pendulum_twin.model import MOST_LAWS
+from pendulum_twin.laws.law import MOST_LAWS
 from pendulum_twin.parameter_vector import list_law_kinds
 
 
