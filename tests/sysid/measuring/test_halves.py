@@ -64,6 +64,6 @@ def test_one_half_is_not_asked_for_an_effect_of_the_time(monkeypatch):
     monkeypatch.setattr(halves, "fit_without", keep)
     assert is_seen_in_halves(case, split, longer, shorter)
     own = SLOTS["friction_warming"]
-    for theta, whole in zip(thetas, (longer, longer, shorter, shorter), strict=True):
+    for theta, whole in zip(thetas, (longer,) * 4 + (shorter,) * 4, strict=True):
         np.testing.assert_array_equal(theta[own], whole.fit.theta[own])
         assert np.any(theta != whole.fit.theta)
