@@ -49,7 +49,7 @@ PATIENT = {
     "excitation": {
         "silence_s": 5.0,
         "overruled_s": 5.0,
-        "ready_timeout_s": 60.0,
+        "ready_timeout_s": LONG_S,
         "reset_timeout_s": 60.0,
     },
     "view": {"port": 0},
