@@ -14,6 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from pendulum_sysid import decisions
 from pendulum_sysid.finding.judge import compute_log_errors
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.cross_validation import fit_without
@@ -32,14 +33,21 @@ from pendulum_twin.effects import BY_NAME
 
 
 def is_seen_in_halves(case: Case, split: Split, longer: LawFit, shorter: LawFit) -> bool:
-    """Return whether each half runs better with the laws of the other half.
+    """Return whether the halves run better with each other's laws, and neither surely worse.
 
     longer: a fit with the laws of the shorter fit, and with those that are asked.
     """
     known = {curve.kind.name for curve in shorter.curves}
     rich, simple = (_run_halves(case, split, law_fit, known) for law_fit in (longer, shorter))
     gains = (compute_log_errors(simple, rich) - compute_log_errors(rich, rich)).mean(axis=1)
-    return all(np.mean(gains[half]) > 0.0 for half in _list_halves(len(gains)))
+    is_worse = any(_is_surely_below_0(gains[half]) for half in _list_halves(len(gains)))
+    return bool(np.mean(gains) > 0.0) and not is_worse
+
+
+def _is_surely_below_0(gains: Floats) -> bool:
+    """Return whether the mean of gains (windows,) is surely below 0."""
+    error = np.std(gains) / np.sqrt(len(gains))
+    return bool(np.mean(gains) < -decisions.INTERVAL_DEVIATIONS * error)
 
 
 def _list_halves(count: int) -> tuple[Mask, Mask]:
@@ -57,8 +65,8 @@ def _is_timed(name: str) -> bool:
 def _run_halves(case: Case, split: Split, law_fit: LawFit, known: Collection[str]) -> Fit:
     """Return a fit with the errors of whole windows, each half run with the other half's laws.
 
-    The fits to a half are Gauss-Newton steps from the fit to all (`fit_without`). Effects of the
-    time since the recording began keep their sizes: one half does not tell them.
+    The fits to a half are Gauss-Newton steps from the fit to all (`fit_without`). Effects and laws
+    of the time since the recording began stay as they are: one half does not tell them.
 
     known: kinds of laws that follow in each half, as constants and effects do.
     """
@@ -66,12 +74,18 @@ def _run_halves(case: Case, split: Split, law_fit: LawFit, known: Collection[str
     problem = case.problem(shorten_windows(case.state, split.learn, fit.pieces))
     free = list_all_free(case, fit.effects, fit.theta, curves)
     system = law_fit.system or linearise(problem, fit.theta, fit.start_states, free, fit.power)
-    parts = zip(curves, list_parts(len(free), curves), strict=True)
-    asked = {k for c, part in parts if c.kind.name not in known for k in range(len(free))[part]}
+    parts = list(zip(curves, list_parts(len(free), curves), strict=True))
     own = len(free) - sum(len(curve.knots) for curve in curves)
     penalty = make_penalty(own, curves, law_fit.priors, law_fit.inflation)
-    moving = [k for k, parameter in enumerate(free) if not _is_timed(parameter.name)]
-    following = [k for k in moving if k not in asked]
+    everything = range(len(free))
+    timed = {k for k in everything[:own] if _is_timed(free[k].name)}
+    timed |= {k for curve, part in parts if curve.kind.timed for k in everything[part]}
+    asked = {k for curve, part in parts if curve.kind.name not in known for k in everything[part]}
+    moving = [k for k in everything if k not in timed]
+    following, taken = (
+        [k for k in moving if k not in asked],
+        [k for k in moving if k in asked],
+    )
 
     def fit_part(system: System, columns: list[int], left_out: Mask) -> Floats:
         """Return theta (SIZE,) with some parameters fitted to the windows that stay."""
@@ -79,7 +93,7 @@ def _run_halves(case: Case, split: Split, law_fit: LawFit, known: Collection[str
         inner = penalty[np.ix_(columns, columns)]
         return fit_without(system.pick(columns), fit, chosen, left_out, inner)[0]
 
-    squares, counts, taken = [], [], sorted(asked)
+    squares, counts = [], []
     for half in _list_halves(len(split.learn.begin)):
         left_out = np.repeat(half, fit.pieces)
         other = fit_part(system, moving, left_out)
