@@ -35,19 +35,21 @@ from pendulum_twin.effects import BY_NAME
 def is_seen_in_halves(case: Case, split: Split, longer: LawFit, shorter: LawFit) -> bool:
     """Return whether the halves run better with each other's laws, and neither surely worse.
 
+    Better is by more than a standard error: the simpler of two models that do about as well (Hastie,
+    Tibshirani and Friedman, The Elements of Statistical Learning (2009), section 7.10).
+
     longer: a fit with the laws of the shorter fit, and with those that are asked.
     """
     known = {curve.kind.name for curve in shorter.curves}
     rich, simple = (_run_halves(case, split, law_fit, known) for law_fit in (longer, shorter))
     gains = (compute_log_errors(simple, rich) - compute_log_errors(rich, rich)).mean(axis=1)
-    is_worse = any(_is_surely_below_0(gains[half]) for half in _list_halves(len(gains)))
-    return bool(np.mean(gains) > 0.0) and not is_worse
+    halves = [_count_errors(gains[half]) for half in _list_halves(len(gains))]
+    return _count_errors(gains) > 1.0 and min(halves) > -decisions.INTERVAL_DEVIATIONS
 
 
-def _is_surely_below_0(gains: Floats) -> bool:
-    """Return whether the mean of gains (windows,) is surely below 0."""
-    error = np.std(gains) / np.sqrt(len(gains))
-    return bool(np.mean(gains) < -decisions.INTERVAL_DEVIATIONS * error)
+def _count_errors(gains: Floats) -> float:
+    """Return the mean of gains (windows,) in its standard errors."""
+    return float(np.mean(gains) * np.sqrt(len(gains)) / max(np.std(gains), 1e-300))
 
 
 def _list_halves(count: int) -> tuple[Mask, Mask]:
