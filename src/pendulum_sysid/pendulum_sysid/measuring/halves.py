@@ -35,8 +35,10 @@ from pendulum_twin.effects import BY_NAME
 def is_seen_in_halves(case: Case, split: Split, longer: LawFit, shorter: LawFit) -> bool:
     """Return whether the halves run better with each other's laws, and neither surely worse.
 
-    Better is by more than a standard error: the simpler of two models that do about as well (Hastie,
-    Tibshirani and Friedman, The Elements of Statistical Learning (2009), section 7.10).
+    Better by more than a standard error: of two models that do about as well the simpler is
+    taken (Hastie, Tibshirani and Friedman, The Elements of Statistical Learning (2009), section
+    7.10). Each half counts by its own standard error (Stouffer's method), for a half that hardly
+    shows the law scatters by other physics.
 
     longer: a fit with the laws of the shorter fit, and with those that are asked.
     """
@@ -44,7 +46,8 @@ def is_seen_in_halves(case: Case, split: Split, longer: LawFit, shorter: LawFit)
     rich, simple = (_run_halves(case, split, law_fit, known) for law_fit in (longer, shorter))
     gains = (compute_log_errors(simple, rich) - compute_log_errors(rich, rich)).mean(axis=1)
     halves = [_count_errors(gains[half]) for half in _list_halves(len(gains))]
-    return _count_errors(gains) > 1.0 and min(halves) > -decisions.INTERVAL_DEVIATIONS
+    both = float(np.sum(halves) / np.sqrt(len(halves)))
+    return both > 1.0 and min(halves) > -decisions.INTERVAL_DEVIATIONS
 
 
 def _count_errors(gains: Floats) -> float:
