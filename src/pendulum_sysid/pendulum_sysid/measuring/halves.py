@@ -47,7 +47,8 @@ def is_seen_in_halves(case: Case, split: Split, longer: LawFit, shorter: LawFit)
     gains = (compute_log_errors(simple, rich) - compute_log_errors(rich, rich)).mean(axis=1)
     halves = [_count_errors(gains[half]) for half in _list_halves(len(gains))]
     both = float(np.sum(halves) / np.sqrt(len(halves)))
-    return both > 1.0 and min(halves) > -decisions.INTERVAL_DEVIATIONS
+    is_worse = min(halves) < -decisions.INTERVAL_DEVIATIONS
+    return both > decisions.LAW_LEAST_ERRORS and not is_worse
 
 
 def _count_errors(gains: Floats) -> float:
