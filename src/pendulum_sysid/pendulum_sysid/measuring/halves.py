@@ -88,10 +88,8 @@ def _run_halves(case: Case, split: Split, law_fit: LawFit, known: Collection[str
     timed |= {k for curve, part in parts if curve.kind.timed for k in everything[part]}
     asked = {k for curve, part in parts if curve.kind.name not in known for k in everything[part]}
     moving = [k for k in everything if k not in timed]
-    following, taken = (
-        [k for k in moving if k not in asked],
-        [k for k in moving if k in asked],
-    )
+    following = [k for k in moving if k not in asked]
+    taken = [k for k in moving if k in asked]
 
     def fit_part(system: System, columns: list[int], left_out: Mask) -> Floats:
         """Return theta (SIZE,) with some parameters fitted to the windows that stay."""
