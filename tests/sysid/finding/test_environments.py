@@ -63,6 +63,9 @@ EVERYWHERE = np.full(21, 0.1)
         (1.8, 0.1, False, True),
         (-3.0, 5.0, True, False),  # that environment shows nothing
         (0.3, 0.2, False, False),
+        (1.77, 0.42, True, False),  # a motion that tells the size to 0.8 of it
+        (0.74, 0.45, True, False),
+        (1.77, 0.13, False, True),
         (np.nan, np.inf, True, False),
     ],
 )

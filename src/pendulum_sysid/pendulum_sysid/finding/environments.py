@@ -42,14 +42,15 @@ class Steadiness:
     def is_steady(self) -> bool:
         """Return whether every environment that could show the effect shows its size.
 
-        An environment could show the effect if its own interval is narrower than the size.
+        An environment could show the effect if it would surely (97.5 %) show the size that all
+        windows have: its own interval is narrower than the size.
         """
-        could = self._reach < 1.0
+        could = 2.0 * self._reach < 1.0
         shown = (self.shares > self._reach) & (
             abs(self.shares - 1.0) <= 1.0 - decisions.STEADY_SHARE
         )
         enough = np.mean(could) > decisions.REPLICATED_SHARE
-        return bool(enough and np.all(shown[could]))
+        return bool(enough and np.all(shown[could])) and not self.is_contradicted
 
     @property
     def is_contradicted(self) -> bool:
