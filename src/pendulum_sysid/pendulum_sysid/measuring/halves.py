@@ -86,10 +86,12 @@ def _run_halves(case: Case, split: Split, law_fit: LawFit, known: Collection[str
     everything = range(len(free))
     timed = {k for k in everything[:own] if _is_timed(free[k].name)}
     timed |= {k for curve, part in parts if curve.kind.timed for k in everything[part]}
-    asked = {k for curve, part in parts if curve.kind.name not in known for k in everything[part]}
+    carried = {
+        k for curve, part in parts if curve.kind.name not in known for k in everything[part]
+    }
     moving = [k for k in everything if k not in timed]
-    following = [k for k in moving if k not in asked]
-    taken = [k for k in moving if k in asked]
+    following = [k for k in moving if k not in carried]
+    taken = [k for k in moving if k in carried]
 
     def fit_part(system: System, columns: list[int], left_out: Mask) -> Floats:
         """Return theta (SIZE,) with some parameters fitted to the windows that stay."""
