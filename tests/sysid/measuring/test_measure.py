@@ -438,18 +438,13 @@ def test_a_curve_over_time_waits_until_its_formula_comes(comes, helps, monkeypat
         assert held.kinds == (drag,) if helps else held is None
 
 
-@pytest.mark.parametrize("helps", [True, False])
-def test_a_law_that_a_later_law_makes_needless_goes(helps, monkeypatch):
-    """A drag of the pole stood for the error of a disc, and was told as a drag of 1e-9 N m s.
-
-    Evidence falls with the scatter of the windows, too: a law that the fit needs stays.
-    """
+def test_a_law_that_a_later_law_makes_needless_goes(monkeypatch):
+    """A drag of the pole stood for the error of a disc, and was told as a drag of 1e-9 N m s."""
     drag, disc, gain = "pole_one_way_drag_by_angle", "angle_error_over_turn", "command_curve"
     longer = {
         (): Scripted((drag,), (False,), 20.0),
         (drag,): Scripted((drag, disc), (False, False), 3.0, nats=(-0.1, 19.0)),
         (disc,): Scripted((disc, gain), (False, False), 2.0, nats=(12.0, 5.0)),
-        (drag, disc): Scripted((drag, disc, gain), (False,) * 3, 2.0, nats=(-0.1, 12.0, 5.0)),
     }
     stand_ins = {
         "_add_law": lambda measured, *about: longer.get(measured.kinds),
@@ -457,13 +452,12 @@ def test_a_law_that_a_later_law_makes_needless_goes(helps, monkeypatch):
             tuple(k for n, k in enumerate(measured.kinds) if n not in which), (False,), 3.0
         ),
         "_is_of_rig": lambda measured: False,
-        "compute_lead": lambda rich, simple: SimpleNamespace(is_real=helps),
         "list_law_kinds": lambda kinds: kinds,
     }
     for name, stand_in in stand_ins.items():
         monkeypatch.setattr(measure_module, name, stand_in)
     held = measure_module._add_laws(Scripted((), (), 40.0), lambda line: None, np.inf, 0)
-    assert held.kinds == (drag, disc, gain)[not helps :]
+    assert held.kinds == (disc, gain)
 
 
 def test_the_only_law_of_a_rig_whose_constants_are_held_can_go():

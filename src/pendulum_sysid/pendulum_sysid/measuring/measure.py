@@ -159,19 +159,21 @@ def _add_laws(measured: Measured, report: Progress, most: float, most_waiting: i
         longer = _add_law(measured, report, most_waiting)
         if longer is None:
             break
-        measured = drop_needless(longer, _list_unlikely(longer))
+        needless = _list_needless(longer.law_fit)
+        measured = _leave_curves_out(longer, needless) if needless else longer
         if measured.law_fit.fit.choose > most:
             break
     return measured
 
 
-def _list_unlikely(measured: Measured) -> list[str]:
-    """Return the kinds of laws, but the last, for which there is less evidence than starts a fit.
+def _list_needless(law_fit: LawFit) -> list[int]:
+    """Return the earlier curves for which there is less evidence now than starts a fit.
 
-    The fit without such a law decides: evidence falls with the scatter of the windows, too.
+    Tried and left: such a law goes only where the fit does as well without it. On the whole EMPS
+    recording a force over the velocity stays so beside what it stands for.
     """
-    earlier = zip(measured.kinds[:-1], measured.law_fit.priors[:-1], strict=True)
-    return [kind for kind, prior in earlier if prior.evidence < decisions.LAW_LEAST_NATS]
+    earlier = law_fit.priors[:-1]
+    return [k for k, prior in enumerate(earlier) if prior.evidence < decisions.LAW_LEAST_NATS]
 
 
 def drop_needless(measured: Measured, kinds: Sequence[str]) -> Measured:
