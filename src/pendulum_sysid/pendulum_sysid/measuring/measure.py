@@ -167,11 +167,7 @@ def _add_laws(measured: Measured, report: Progress, most: float, most_waiting: i
 
 
 def _list_needless(law_fit: LawFit) -> list[int]:
-    """Return the earlier curves for which there is less evidence now than starts a fit.
-
-    Tried and left: such a law goes only where the fit does as well without it. On the whole EMPS
-    recording a force over the velocity stays so beside what it stands for.
-    """
+    """Return the earlier curves for which there is less evidence now than starts a fit."""
     earlier = law_fit.priors[:-1]
     return [k for k, prior in enumerate(earlier) if prior.evidence < decisions.LAW_LEAST_NATS]
 
