@@ -151,7 +151,7 @@ def test_a_late_caller_is_counted_and_survives(rig: MadeRig, transport: TopicTra
     before = transport.exchange(0.1).info["missed"]
     threading.Event().wait(0.3)  # as long as an update of a policy takes
     late = transport.exchange(0.2)
-    assert late.info["overrun_s"] > 0.25 and late.info["missed"] == before + 1.0
+    assert late.info["overrun_s"] > 0.2 and late.info["missed"] == before + 1.0
     assert exchange_in_time(rig, transport, 0.2)[0].state[2] == 0.2
     begin_s = time.monotonic()
     for _ in range(5):
