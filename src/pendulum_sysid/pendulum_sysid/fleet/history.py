@@ -76,7 +76,7 @@ class History:
 
     @property
     def ends_strange(self) -> bool:
-        """Return whether the last recording, of those with an answer, does not look like it."""
+        """Return whether a recording that is unlike the rig is later than all answers."""
         if self.strange.empty:
             return False
         return bool(
@@ -273,7 +273,7 @@ def describe_strange(history: History) -> list[str]:
     count = "1 recording does" if len(strange) == 1 else f"{len(strange)} recordings do"
     return [
         f"{count} not look like {history.rig}, the last of {format_time(last['time'])} "
-        f"({name_recording(last['path'])}): another rig's, or {history.rig} changed a lot."
+        f"({name_recording(last['path'])}): it is of another rig, or {history.rig} changed a lot."
     ]
 
 
