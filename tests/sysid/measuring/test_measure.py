@@ -58,6 +58,7 @@ LAWS = {
     "cart_force_by_position": Law(tuple(AT), tuple(-3.0 * AT**3)),
     "drive_gain_along_rail": Law(tuple(AT), tuple(np.tanh(0.4 * AT))),
     "cart_drag_by_pole_rate": Law(tuple(10.0 * AT), tuple(4.0 * np.abs(AT))),
+    "cart_dry_friction_by_velocity": Law(tuple(AT), tuple(0.5 + 1.5 * np.exp(-((AT / 0.4) ** 2)))),
     "cart_one_way_drag_along_rail": Law(tuple(AT), tuple(-0.8 * np.tanh(3.0 * AT))),
     "pole_torque_by_angle": Law(tuple(spread_turn(24)), tuple(0.01 * np.sin(3 * spread_turn(24)))),
     "clock_pace_over_time": Law(tuple(CLOCK), tuple(0.1 * np.sin(2 * np.pi * CLOCK / 10.0))),
@@ -117,6 +118,7 @@ def test_a_law_is_measured_where_it_is(name):
 SHARED = {
     "drive_gain_along_rail": ("force_per_pwm_n",),
     "cart_drag_by_pole_rate": ("cart_viscous_n_s_m",),
+    "cart_dry_friction_by_velocity": ("force_per_pwm_n", "cart_viscous_n_s_m"),
 }
 
 
@@ -366,6 +368,9 @@ def test_a_curve_over_time_waits_for_its_formula_until_other_laws_are_measured()
     clock = np.linspace(0.0, 30.0, 121)
     laws = {
         "drive_gain_over_time": Law(tuple(clock), tuple(0.03 * np.sin(2 * np.pi * clock / 8.3))),
+        "cart_dry_friction_by_velocity": Law(
+            tuple(AT), tuple(0.5 + 1.5 * np.exp(-((AT / 0.4) ** 2)))
+        ),
         "cart_one_way_drag_along_rail": Law(tuple(AT), tuple(-0.2 * np.tanh(50.0 * AT))),
         "cart_hysteresis": Law((0.06, 0.12, 0.24), (0.02, 0.02, 0.02)),
     }

@@ -280,7 +280,7 @@ def _make_curve(
         low = LEAST_GAIN
     elif kind.remembers:
         low = 0.0  # friction takes energy away
-    elif kind.role in (Role.CART_DRY, Role.POLE_DRY) and not _has_dry(kind.place, effects):
+    elif _is_all_dry(kind, effects):
         low = 0.0
     others, parts = _list_others(kind, case, effects), _list_parts(kind, effects)
     return Curve(kind, knots, seen, size, low, others, parts)
@@ -306,7 +306,7 @@ def _list_others(kind: LawKind, case: Case, effects: tuple[str, ...]) -> tuple[s
     others = []
     for key in ((kind.role, None), (kind.role, kind.variable)):
         name, part = CONSTANTS.get(key, ("", ""))
-        if name in constants:
+        if name in constants and not _is_all_dry(kind, effects):
             others.append(part)
         if key in NAMED:
             others.append(NAMED[key])
@@ -319,6 +319,21 @@ def _list_parts(kind: LawKind, effects: tuple[str, ...]) -> tuple[str, ...]:
     """Return the parts of a law that effects are by definition."""
     of_kind = (EFFECTS[name] for name in effects if EFFECTS[name].law_kind == kind.name)
     return tuple(part for effect in of_kind for part in effect.law_parts)
+
+
+def _is_all_dry(kind: LawKind, effects: tuple[str, ...]) -> bool:
+    """Return whether a law is all the dry friction of its place.
+
+    Such a curve is negative nowhere. So it keeps its share of a drag: a curve whose share is held
+    at 0 (`Curve.gauges`) is negative somewhere, or 0.
+    """
+    return kind.role in (Role.CART_DRY, Role.POLE_DRY) and not _has_dry(kind.place, effects)
+
+
+def is_dry_everywhere(name: str) -> bool:
+    """Return whether an effect is a level of dry friction that a joint has wherever it is."""
+    effect = EFFECTS[name]
+    return effect.form is Form.DRY and not effect.becomes
 
 
 def _has_dry(place: Place, effects: tuple[str, ...]) -> bool:
