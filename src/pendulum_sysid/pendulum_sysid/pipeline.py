@@ -38,6 +38,7 @@ from pendulum_sysid.fitting.latent_force import measure_latent_force
 from pendulum_sysid.fitting.noise_floor import NoiseFloor, measure_noise_floor
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
+from pendulum_sysid.measuring.dry_start import keep_dry_friction
 from pendulum_sysid.measuring.law_parts import give_parts_back
 from pendulum_sysid.measuring.measure import Measured, measure_best_laws
 from pendulum_sysid.measuring.names_beside_laws import (
@@ -167,7 +168,8 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
 def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findings:
     """Return the findings with measured laws for what no name explains, if laws help.
 
-    Where names do not explain the errors, laws are tried without these names first. A name that
+    Where names do not explain the errors, laws are tried without these names first, but beside
+    their dry friction. A name that
     the laws leave without a sure size, or can do without, is no name any more. Names and their
     shapes are asked again beside the laws, which hold what disturbed them before. Laws with which
     the recording still does not look like its rig go, where they explain no more than half of the
@@ -178,7 +180,11 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
         return findings
     case = findings.case
     progress(Stage.LAWS)
-    starts = (findings.base, findings.best) if unnamed else (findings.best,)
+    starts = (
+        (keep_dry_friction(findings.base, findings.best), findings.best)
+        if unnamed
+        else (findings.best,)
+    )
     has_names = any(is_motion_effect(effect.effect) for effect in findings.named)
     measured = measure_best_laws(case, split, starts, has_names, progress)
     if measured is None:
