@@ -47,6 +47,17 @@ def test_a_law_that_only_one_half_shows_does_not_hold(laws, holds):
     assert is_seen_in_halves(*fits) is holds
 
 
+@pytest.mark.parametrize(
+    ("constant", "factor"), [("force_per_pwm_n", 1.15), ("com_distance_m", 1.05)]
+)
+def test_constants_that_differ_between_halves_hide_no_law(constant: str, factor: float):
+    """What else is missing bends the constants of each half otherwise."""
+    other = replace(RIG.rig, **{constant: factor * getattr(RIG.rig, constant)})
+    weak = {"pole_torque_by_angle": Law(tuple(TURN), tuple(0.002 * np.sin(3.0 * TURN)))}
+    twins = [replace(RIG, measured_laws=weak), replace(RIG, rig=other, measured_laws=weak)]
+    assert is_seen_in_halves(*measure_law(twins, (), "pole_torque_by_angle"))
+
+
 def test_one_half_is_not_asked_for_an_effect_of_the_time(monkeypatch):
     """Warming friction is over in the second half, which cannot tell it."""
     warming = {"friction_warming": {"level_n": 0.4, "viscous_n_s_m": 1.5, "time_constant_s": 2.0}}
@@ -64,6 +75,6 @@ def test_one_half_is_not_asked_for_an_effect_of_the_time(monkeypatch):
     monkeypatch.setattr(halves, "fit_without", keep)
     assert is_seen_in_halves(case, split, longer, shorter)
     own = SLOTS["friction_warming"]
-    for theta, whole in zip(thetas, (longer, longer, shorter, shorter), strict=True):
+    for theta, whole in zip(thetas, (longer,) * 4 + (shorter,) * 4, strict=True):
         np.testing.assert_array_equal(theta[own], whole.fit.theta[own])
         assert np.any(theta != whole.fit.theta)

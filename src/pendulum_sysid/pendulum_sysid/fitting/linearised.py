@@ -61,6 +61,11 @@ class System:
             pulls=np.broadcast_to(self.pulls, count)[columns],
         )
 
+    def move(self, columns: Sequence[int], steps: Floats) -> System:
+        """Return the system behind steps (columns,) of some parameters, in their sizes."""
+        changed = self.normals[:, :, columns] @ steps
+        return replace(self, scores=self.scores - changed)
+
     @cached_property
     def normal(self) -> Floats:
         """Return the matrix over all windows, (columns, columns), beliefs included."""
