@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 from support.twin_rigs import CART_ALONE, HANGING, THESIS, X, recording, run, wild_command
 
+from pendulum_twin import free_runs
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.free_runs import recall_paths, run_drive, run_freely
+from pendulum_twin.laws.law import Law
 from pendulum_twin.model import Twin, parse_twin
 from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.rig import Rig
@@ -90,6 +92,40 @@ def test_a_window_begins_with_the_swing_that_its_past_leaves():
     assert np.all(np.abs(kept).max(axis=1) > 0.1)
     for window, k in zip(windows, begin, strict=True):
         np.testing.assert_allclose(window[:, :2], whole[k : k + 50, :2], atol=5e-5)
+
+
+def test_twins_share_a_path_that_they_keep_the_same_of(monkeypatch):
+    """Each of them keeps what it would keep alone, bit by bit; most differ in other numbers."""
+    whole = run(THESIS, COMMAND, BELT, HANGING)
+    signals = replace(recording(COMMAND, 0.01), cart=whole[:, X], pole=whole[:, 1])
+    disc = {"eccentric_encoder": {"sine_rad": 0.1, "cosine_rad": 0.0}}
+    laws = {"pole_torque_by_rate": Law((-5.0, 0.0, 5.0), (0.01, 0.0, 0.01))}
+    base = Twin("test", THESIS, BELT | disc)
+    heavy = replace(THESIS, cart_mass_kg=1.1 * THESIS.cart_mass_kg)
+    twins = [
+        base,
+        replace(base, measured_laws=laws),
+        replace(base, rig=replace(THESIS, pole_viscous_n_m_s=0.01)),
+        replace(base, rig=heavy),
+        replace(base, effects=base.effects | {"input_delay": {"delay_s": 0.02}}),
+        replace(base, effects=BELT),
+        Twin("test", THESIS, {}),
+    ]
+    theta = np.array([make_theta(twin) for twin in twins])
+    begin, which = np.full(len(twins), 155), np.arange(len(twins))
+    alone = [
+        recall_paths(signals, run_drive(signals, t[None]), t[None], which[:1], begin[:1])[0]
+        for t in theta
+    ]
+    followed = []
+    follow = free_runs.react_to_recorded_path
+    monkeypatch.setattr(
+        free_runs, "react_to_recorded_path", lambda *a: followed.append(a) or follow(*a)
+    )
+    together = recall_paths(signals, run_drive(signals, theta), theta, which, begin)
+    assert np.array_equal(together, alone)
+    assert len(followed) == 4  # the base, a heavier cart, a delay, and another disc
+    assert len(np.unique(together, axis=0)) >= 4
 
 
 def test_a_twin_file_may_leave_the_share_out():

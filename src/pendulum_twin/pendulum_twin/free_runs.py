@@ -38,7 +38,12 @@ from pendulum_twin.path_memory import (
     remembers_path,
     select_path_columns,
 )
-from pendulum_twin.reactions import REACTING, find_reacting_twins, react_to_recorded_path
+from pendulum_twin.reactions import (
+    REACTING,
+    find_reacting_twins,
+    react_to_recorded_path,
+    select_reaction_columns,
+)
 from pendulum_twin.sensors import apply_reporting, apply_sensors, compute_paces, undo_sensors
 from pendulum_twin.signals import Signals
 from pendulum_twin.threads import share_among_threads
@@ -153,7 +158,7 @@ def recall_paths(
     for column, positions in enumerate((signals.cart, signals.pole)):
         if positions is not None:
             states[0, :, column] = positions
-    for twins in _group_by_path(theta, remembering, reacting):
+    for twins in _group_by_path(theta, drives[1], remembering, reacting):
         k, lanes = twins[0], np.flatnonzero(np.isin(set_of, twins))
         at, row = np.unique(begin[lanes], return_inverse=True)
         places = undo_sensors(states, theta[[k]], signals.clock_s)[0, :, :2]
@@ -166,17 +171,17 @@ def recall_paths(
     return out
 
 
-def _group_by_path(theta: Floats, remembering: Mask, reacting: Mask) -> list[Ints]:
-    """Return the twins that remember, those together that remember the same of a path.
+def _group_by_path(theta: Floats, row_of: Ints, remembering: Mask, reacting: Mask) -> list[Ints]:
+    """Return the twins that remember or react, those together that keep the same of a path.
 
-    What a reaction of the drive keeps depends on more than the path.
+    row_of: (sets,) row of the drive of each twin.
     """
-    alone = [np.array([k]) for k in np.flatnonzero(reacting)]
-    others = np.flatnonzero(remembering & ~reacting)
-    if not len(others):
-        return alone
-    first, group = group_equal_rows(select_path_columns(theta[others]))
-    return [*alone, *(others[group == k] for k in range(len(first)))]
+    paths = select_path_columns(theta)
+    reactions = np.column_stack([select_reaction_columns(theta), row_of])
+    columns = np.concatenate([paths, np.where(reacting[:, None], reactions, 0.0)], axis=1)
+    which = np.flatnonzero(remembering | reacting)
+    first, group = group_equal_rows(columns[which])
+    return [which[group == k] for k in range(len(first))]
 
 
 def count_substeps(signals: Signals, step_s: float | None = None) -> int:

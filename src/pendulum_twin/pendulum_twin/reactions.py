@@ -22,6 +22,15 @@ def find_reacting_twins(theta: Floats) -> Mask:
     return np.any(theta[:, _COLUMNS] != NEUTRAL[_COLUMNS], axis=1)
 
 
+def select_reaction_columns(theta: Floats) -> Floats:
+    """Return what reactions along a path depend on beside path and drive, (sets, columns).
+
+    theta: (sets, SIZE).
+    """
+    constants = theta[:, [MASS, FORCE_PER_PWM]]
+    return np.column_stack([constants, theta[:, _COLUMNS], compute_paces(theta)])
+
+
 @kernel.compile_cached
 def _fill_accelerations(x, period_s, out):  # type: ignore[no-untyped-def]
     """Fill out (n,) with the second derivatives, m/s^2, of the natural cubic spline through x.
