@@ -11,6 +11,7 @@ from pendulum_sysid import decisions
 from pendulum_sysid.finding.effect_forces import EffectForces
 from pendulum_sysid.finding.judge import compute_lead
 from pendulum_sysid.measuring.curve import LEVELS, PARTS, Curve, is_dry_everywhere
+from pendulum_sysid.measuring.halves import is_seen_in_halves
 from pendulum_sysid.measuring.measure import Measured, fit_longer
 from pendulum_sysid.measuring.penalised_fit import LawFit, fit_laws
 from pendulum_sysid.measuring.ranking import step_to_curves
@@ -78,9 +79,10 @@ def list_stand_ins(measured: Measured, without: Mapping[str, LawFit]) -> list[st
     fifth of its force (`SHAPE_TOLERANCE` of its power). A cause keeps its shape beside a law of
     its own kind; a stand-in is bent (`list_bent`), if that law is the likeliest: any other law of
     its kind may follow what the likeliest explains. All laws are tried to first order; a law to
-    which an effect would yield is fitted, and has to help on windows left out. A part that effect
-    and law share stays with the effect, which has no prior. Curves over time follow whatever is
-    left, so no effect gives way to them. An effect beside which little is left cannot yield.
+    which an effect would yield is fitted, and has to help on windows left out and in both halves,
+    as every law. A part that effect and law share stays with the effect, which has no prior.
+    Curves over time follow whatever is left, so no effect gives way to them. An effect beside
+    which little is left cannot yield.
 
     without: fits without each effect, see `leave_out_names`.
     """
@@ -104,7 +106,8 @@ def list_stand_ins(measured: Measured, without: Mapping[str, LawFit]) -> list[st
             longer = fit_longer(case, split, law_fit, candidate)
         except np.linalg.LinAlgError:
             continue
-        if longer.lead is not None and longer.lead.is_real:
+        leads = longer.lead is not None and longer.lead.is_real
+        if leads and is_seen_in_halves(case, split, longer, law_fit):
             curve, after = longer.curves[-1], longer.fit.theta
             stand_ins |= {name for name in yielding if _yields(forces, curve, name, theta, after)}
     return sorted(stand_ins)
