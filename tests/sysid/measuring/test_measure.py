@@ -572,11 +572,16 @@ KINKED, BENT, TOOTHED = (
 @pytest.mark.parametrize(
     ("error", "lesser"), [(KINKED, ["position_scale"]), (BENT, []), (TOOTHED, [])]
 )
-def test_a_scale_that_half_of_the_rail_lacks_is_no_scale(error, lesser):
-    """A tape with a joint was named as a scale of 0.04: it has none, and 0.06 behind the joint."""
+@pytest.mark.parametrize("often", [1, 30])
+def test_a_scale_that_half_of_the_rail_lacks_is_no_scale(error, lesser, often):
+    """A tape with a joint was named as a scale of 0.04: it has none, and 0.06 behind the joint.
+
+    often: how many times as often the cart is behind the joint; another tape was named for that.
+    """
     kind, knots = BY_NAME["position_error_along_rail"], np.linspace(-0.35, 0.35, 64)
-    curve = Curve(kind, knots, knots, 0.01, -1.0, ("mean",), ("slope",))
-    scale, level = np.polyfit(knots, error(knots), 1)
+    seen = np.concatenate([knots, np.repeat(knots[knots > 0.0], often - 1)])
+    curve = Curve(kind, knots, seen, 0.01, -1.0, ("mean",), ("slope",))
+    scale, level = np.polyfit(seen, error(seen), 1)
     theta = make_theta(replace(RIG, effects={"position_scale": {"ratio": scale}}))
     curve.put(theta, error(knots) - scale * knots - level)
     law_fit = SimpleNamespace(curves=(curve,), fit=SimpleNamespace(theta=theta))

@@ -147,7 +147,7 @@ def list_lesser_parts(measured: Measured, names: Sequence[str]) -> list[str]:
 
     The error of a disc may have any shape. The first wave of that error (`Effect.law_parts`) is a
     name only where the wave is larger than the rest of the error. A scale is a name only where the
-    rest varies the scale from third to third of the rail by up to STEADY_SHARE of the scale.
+    rest varies the scale in no third of the rail by more than STEADY_SHARE of the scale.
     """
     theta = measured.law_fit.fit.theta
     return [
@@ -163,24 +163,24 @@ def list_lesser_parts(measured: Measured, names: Sequence[str]) -> list[str]:
 def _is_lesser_part(curve: Curve, parts: Sequence[str], sizes: Floats, theta: Floats) -> bool:
     """Return whether parts of so many sizes are small beside the law's values in theta (SIZE,)."""
     own = sizes @ np.array([PARTS[part](curve.knots) for part in parts])
-    rest, share = curve.get_values(theta), 1.0
-    if "slope" in parts:
-        own, rest = (_draw_slopes(curve, values) for values in (own, rest))
-        share = decisions.STEADY_SHARE
-    return _measure_power(curve, rest) > share**2 * _measure_power(curve, own)
+    rest = curve.get_values(theta)
+    if "slope" not in parts:
+        return _measure_power(curve, rest) > _measure_power(curve, own)
+    own, rest = (np.abs(_measure_slopes(curve, values)) for values in (own, rest))
+    return bool(np.any(rest > decisions.STEADY_SHARE * own))
 
 
-def _draw_slopes(curve: Curve, values: Floats) -> Floats:
-    """Return the slope (knots,) of values (knots,) over each third of the places, as visited.
+def _measure_slopes(curve: Curve, values: Floats) -> Floats:
+    """Return the slope of values (knots,) over each third of the places, as visited, (thirds,).
 
     A short wave varies no scale.
     """
-    slopes, visits = np.empty(len(values)), np.maximum(curve.visits, 1.0)
+    slopes, visits = [], np.maximum(curve.visits, 1.0)
     for third in np.array_split(np.arange(len(values)), decisions.REPLICATION_PARTS):
         around = curve.knots[third] - np.average(curve.knots[third], weights=visits[third])
         weighted = visits[third] * around
-        slopes[third] = weighted @ values[third] / (weighted @ around)
-    return slopes
+        slopes.append(weighted @ values[third] / (weighted @ around))
+    return np.array(slopes)
 
 
 def _measure_power(curve: Curve, values: Floats) -> float:
