@@ -152,7 +152,7 @@ LAW_SHARES_PARAMETER = 0.9  # of a parameter's change of motion; a law makes it,
 LAW_FIRST_STEPS = 4  # iterations; of a fit before a law's smoothness is chosen anew; time
 LAW_LEAST_ERRORS = 1.0  # standard errors; gain of both halves, or the simpler stays; derived
 LAWS_REFITTED = 4  # fits; of the likeliest laws; time
-LAWS_MEASURED = 4  # laws; a twin has a slot more, in which a further law is tried: time
+LAWS_MEASURED = 6  # laws; a twin has a slot more, in which a further law is tried: time
 
 # What may a fit use, and how far may it go?
 INTERVAL_DEVIATIONS = 1.96  # standard deviations; to either side of a 95 % interval; derived

@@ -120,16 +120,22 @@ def compute_memory_sizes(h: float) -> list[int]:
     return sizes
 
 
-def compose_sensors() -> Callable[..., Any]:
-    """Return measure(x, v, th, w, t, p, active): true to measured state, x, v, th, w again."""
-    effects = _list_effects(Form.MEASURE, tuple(Place))
+def compose_sensors(undo: bool = False) -> Callable[..., Any]:
+    """Return measure(x, v, th, w, t, p, active): true to measured state, x, v, th, w again.
+
+    undo: whether measured states become true states instead.
+    """
+    laws: dict[str, Callable[..., Any]] = {}
     lines = []
-    for k, e in effects:
-        arguments = ", ".join(["x, v, th, w, t", *_list_arguments(e, ALONE)])
-        lines += [f"if active[{k}]:", f"    x, v, th, w = {e.name}({arguments})"]
-    return _compile(
-        "measure", "x, v, th, w, t, p, active", [*lines, "return x, v, th, w"], effects
-    )
+    effects = _list_effects(Form.MEASURE, tuple(Place))
+    for k, e in reversed(effects) if undo else effects:
+        law = e.inverse if undo else e.law
+        if law is not None:
+            laws[e.name] = law
+            arguments = ", ".join(["x, v, th, w, t", *_list_arguments(e, ALONE)])
+            lines += [f"if active[{k}]:", f"    x, v, th, w = {e.name}({arguments})"]
+    signature = "x, v, th, w, t, p, active"
+    return _compile_text("measure", signature, [*lines, "return x, v, th, w"], laws)
 
 
 def compose_reports() -> Callable[..., Any]:

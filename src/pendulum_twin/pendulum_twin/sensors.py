@@ -10,21 +10,41 @@ states: (..., 4) x (m), th (rad), v (m/s), w (rad/s).
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from pendulum_twin.arrays import Floats, Ints
+from pendulum_twin import compose
+from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect, Form
 from pendulum_twin.law_curves import convert_positions, multiply_paces
 from pendulum_twin.laws.kind import SENSOR_ERRORS, Role
+from pendulum_twin.machine_code import compile_cached
 from pendulum_twin.parameter_vector import SLOTS, find_active_effects, list_law_kinds
 
-_MEASURING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form is Form.MEASURE]
+_MEASURING: Mask = np.array([e.form is Form.MEASURE for e in CATALOGUE])
 _REPORTING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form is Form.REPORT]
 _CLOCKS = [e for e in CATALOGUE if e.form is Form.CLOCK]
 RATES = (2, 3)  # columns of the velocities in a state
+
+_measure = compose.compose_sensors()
+_undo = compose.compose_sensors(undo=True)
+
+
+@compile_cached
+def _convert_states(states, t, row_of, theta, active, undo):  # type: ignore[no-untyped-def]
+    """Pass states (n, 4) x, th, v, w through the sensors' effects that are on, in place.
+
+    t: (n,) s by the stamps; row_of: (n,) row of theta of each state.
+    undo: whether the effects are taken away instead.
+    """
+    for n in range(len(states)):
+        p = theta[row_of[n]]
+        x, th, v, w = states[n, 0], states[n, 1], states[n, 2], states[n, 3]
+        if undo:
+            x, v, th, w = _undo(x, v, th, w, t[n], p, active)
+        else:
+            x, v, th, w = _measure(x, v, th, w, t[n], p, active)
+        states[n, 0], states[n, 1], states[n, 2], states[n, 3] = x, th, v, w
 
 
 def apply_sensors(states: Floats, theta: Floats, t: Floats, set_of: Ints | None = None) -> Floats:
@@ -34,22 +54,16 @@ def apply_sensors(states: Floats, theta: Floats, t: Floats, set_of: Ints | None 
 
     The velocities are by the stamps, too; `apply_reporting` makes them as reported.
     """
-    effects = select_measuring_effects(theta)
     if _have_errors(theta):
         states = _convert_positions(states, theta, set_of, undo=False)
-    shown = pass_through_sensors(states, theta, effects, t, set_of)
+    shown = _pass_through_effects(states, theta, t, set_of, undo=False)
     return _scale_rates(shown, theta, t, set_of, 1.0)
 
 
 def undo_sensors(states: Floats, theta: Floats, t: Floats, set_of: Ints | None = None) -> Floats:
     """Return the true states behind measured ones; the inverse of `apply_sensors`."""
-    effects = [
-        replace(e, law=e.inverse)
-        for e in reversed(select_measuring_effects(theta))
-        if e.inverse is not None
-    ]
     rates = _scale_rates(states, theta, t, set_of, -1.0)
-    states = pass_through_sensors(rates, theta, effects, t, set_of)
+    states = _pass_through_effects(rates, theta, t, set_of, undo=True)
     return _convert_positions(states, theta, set_of, undo=True) if _have_errors(theta) else states
 
 
@@ -89,28 +103,17 @@ def select_reporting_effects(theta: Floats) -> list[Effect]:
     return [e for k, e in _REPORTING if on[k]]
 
 
-def select_measuring_effects(theta: Floats) -> list[Effect]:
-    """Return the sensor's effects that are on in any lane, in chain order."""
-    on = find_active_effects(theta)
-    return [e for k, e in _MEASURING if on[k]]
-
-
-def pass_through_sensors(
-    states: Floats, theta: Floats, effects: list[Effect], t: Floats, set_of: Ints | None = None
+def _pass_through_effects(
+    states: Floats, theta: Floats, t: Floats, set_of: Ints | None, undo: bool
 ) -> Floats:
-    """Return states after these sensor effects; see `apply_sensors`."""
-    if not effects:
-        return states.copy()
-    x, th, v, w = (states[..., k] for k in range(4))
-    for effect in effects:
-        slot = SLOTS[effect.name]
-        columns = (
-            _deal(theta[:, k], set_of).reshape(_make_lane_shape(x))
-            for k in range(slot.start, slot.stop)
-        )
-        with np.errstate(over="ignore", invalid="ignore"):  # a run that ran away shows no number
-            x, v, th, w = effect.law(x, v, th, w, t, *columns)
-    return np.stack([x, th, v, w], axis=-1)
+    """Return states (lanes, ..., 4) after the sensors' effects, or before them."""
+    active = find_active_effects(theta) & _MEASURING
+    flat = np.array(states, dtype=np.float64).reshape(-1, 4)
+    if np.any(active):
+        times = np.ascontiguousarray(np.broadcast_to(t, states.shape[:-1])).reshape(-1)
+        rows = _list_rows(len(states), len(flat), set_of)
+        _convert_states(flat, times, rows, np.ascontiguousarray(theta), active, undo)
+    return flat.reshape(states.shape)
 
 
 def compute_paces(theta: Floats) -> Floats:

@@ -28,6 +28,14 @@ def test_laws_begin_beside_the_dry_friction_of_the_names_alone():
     assert best.choose < begun.choose < base.choose
 
 
+def test_every_friction_that_holds_the_joint_everywhere_is_kept():
+    prepared = prepare([made(RIG, 20.0, amplitude=0.25)], RIG)
+    base = fit(prepared.case, prepared.split, (), make_theta(RIG), HORIZONS[0])
+    others = ("rail_friction_patch", "friction_warming", "cart_quadratic_drag", "rail_tilt")
+    dry = ("cart_presliding_friction", "cart_load_friction", "pole_coulomb_friction")
+    assert keep_dry_friction(base, replace(base, effects=others + dry)).effects == dry
+
+
 def test_a_base_that_has_the_dry_friction_stays_as_it_is():
     prepared = prepare([made(RIG, 20.0, amplitude=0.25)], RIG)
     base = fit(prepared.case, prepared.split, ("cart_coulomb_friction",), make_theta(RIG), 1)

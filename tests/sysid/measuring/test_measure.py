@@ -521,20 +521,21 @@ def test_a_law_that_the_given_twin_has_is_not_measured_again(monkeypatch):
 
 
 def test_a_twin_that_is_full_of_laws_gets_no_more(monkeypatch):
-    """One slot stays for the questions to the names; a fifth law of the given twin takes it."""
+    """One slot stays for the questions to the names; a seventh law of the given twin takes it."""
     monkeypatch.setattr(decisions, "LAW_LEAST_NATS", -np.inf)
     knots = (-0.5, 0.5)
     names = (
         "cart_drag_along_rail", "cart_force_by_position", "pole_torque_by_position",
-        "drive_gain_along_rail", "drive_gain_by_velocity",
+        "drive_gain_along_rail", "drive_gain_by_velocity", "cart_one_way_drag_along_rail",
+        "cart_drag_by_pole_rate",
     )  # fmt: skip
     recording = made(INTECO, 12.0, 0.2)
-    for count in (5, 4):
+    for count in (7, 6):
         full = {name: Law(knots, (1e-3, 1e-3)) for name in names[:count]}
         prepared = prepare([recording], replace(INTECO, measured_laws=full))
         case, split = prepared.case, prepared.split
         begun = begin_without_laws(case, split, fit_own_parameters(case, split))
-        assert bool(rank_curves(case, split, begun)) is (count == 4)
+        assert bool(rank_curves(case, split, begun)) is (count == 6)
         assert measure_laws(case, split, begun, lambda line: None) is None
 
 

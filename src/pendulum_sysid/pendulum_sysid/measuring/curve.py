@@ -330,11 +330,5 @@ def _is_all_dry(kind: LawKind, effects: tuple[str, ...]) -> bool:
     return kind.role in (Role.CART_DRY, Role.POLE_DRY) and not _has_dry(kind.place, effects)
 
 
-def is_dry_everywhere(name: str) -> bool:
-    """Return whether an effect is a level of dry friction that a joint has wherever it is."""
-    effect = EFFECTS[name]
-    return effect.form is Form.DRY and not effect.becomes
-
-
 def _has_dry(place: Place, effects: tuple[str, ...]) -> bool:
     return any(EFFECTS[e].form is Form.DRY and EFFECTS[e].place is place for e in effects)

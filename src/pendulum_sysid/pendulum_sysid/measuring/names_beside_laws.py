@@ -10,7 +10,7 @@ import numpy as np
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.effect_forces import EffectForces
 from pendulum_sysid.finding.judge import compute_lead
-from pendulum_sysid.measuring.curve import LEVELS, PARTS, Curve, is_dry_everywhere
+from pendulum_sysid.measuring.curve import LEVELS, PARTS, Curve
 from pendulum_sysid.measuring.halves import is_seen_in_halves
 from pendulum_sysid.measuring.measure import Measured, fit_longer
 from pendulum_sysid.measuring.penalised_fit import LawFit, fit_laws
@@ -229,8 +229,8 @@ def is_of_kind(curve: Curve, name: str) -> bool:
 
 def _is_level(kind: LawKind, effect: Effect) -> bool:
     """Return whether a law varies a level of dry friction that an effect has everywhere."""
-    same_place = kind.place is effect.place
-    return is_dry_everywhere(effect.name) and same_place and _varies_level(kind)
+    everywhere = effect.form is Form.DRY and not effect.becomes
+    return everywhere and kind.place is effect.place and _varies_level(kind)
 
 
 def _varies_level(kind: LawKind) -> bool:

@@ -17,7 +17,7 @@ from pendulum_twin.rig import check_number, describe_unknown_key
 from pendulum_twin.suggest import hint_at_names
 
 FEWEST_KNOTS, MOST_KNOTS = 2, 128
-MOST_LAWS = 5  # in a twin: the parameter vector has so many slots
+MOST_LAWS = 7  # in a twin: the parameter vector has so many slots
 FEWEST_KNOTS_OF_TURN = 4
 UNEVEN_SPACING = 1e-6  # of a spacing, by which a knot may be off the even grid: files round
 LARGEST_KNOT = 1e9
