@@ -15,7 +15,6 @@ from pendulum_sysid.fitting.gauss_newton import (
     compute_correlations,
     compute_half_widths,
     solve,
-    solve_within_bounds,
 )
 from pendulum_sysid.fitting.linearised import System, linearise
 from pendulum_sysid.fitting.parameters import Free, list_rig_parameters
@@ -195,22 +194,6 @@ def test_a_parameter_stays_within_its_bounds_and_the_others_make_the_best_of_it(
         assert one.get(found.theta) == pytest.approx(one.get(best.theta), abs=0.05 * half), (
             one.name
         )
-
-
-def test_a_bound_holds_a_step_only_where_the_cost_pushes_against_it() -> None:
-    """A step that leaves several bounds need not end at all of them."""
-    for seed in range(50):
-        random = np.random.default_rng(seed)
-        root = random.normal(size=(8, 8))
-        normal, gradient = root @ root.T, random.normal(size=8)
-        low, high = -random.uniform(0.0, 0.3, 8), random.uniform(0.0, 0.3, 8)
-        step = solve_within_bounds(normal, gradient, low, high)
-        downhill = gradient - normal @ step
-        at_low, at_high = np.isclose(step, low), np.isclose(step, high)
-        assert np.all((low <= step) & (step <= high))
-        assert np.allclose(downhill[~at_low & ~at_high], 0.0, atol=1e-9)
-        assert np.all(downhill[at_low & ~at_high] <= 1e-9)
-        assert np.all(downhill[at_high & ~at_low] >= -1e-9)
 
 
 def test_the_same_problem_gives_the_same_bits(problem: Problem, free: tuple[Free, ...]) -> None:

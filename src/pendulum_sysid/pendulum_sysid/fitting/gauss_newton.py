@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import lsq_linear
 from scipy.special import stdtrit
 
 from pendulum_sysid import decisions
@@ -223,10 +222,23 @@ def take_step(
         np.array([parameter.low for parameter in free]),
         np.array([parameter.high for parameter in free]),
     )
-    damped = system.normal + damping * np.diag(np.diag(system.normal) + 1e-12)
-    step = solve_within_bounds(
-        damped, system.gradient, (low - values) / sizes, (high - values) / sizes
-    )
+    step = np.zeros(len(free))
+    loose = np.ones(len(free), dtype=bool)
+    for _ in range(len(free)):
+        normal = system.normal[np.ix_(loose, loose)]
+        diagonal = np.diag(normal) + 1e-12
+        remainder = system.gradient[loose] - system.normal[np.ix_(loose, ~loose)] @ step[~loose]
+        step[loose] = np.linalg.lstsq(
+            normal + damping * np.diag(diagonal), remainder, rcond=1e-13
+        )[0]
+        reached = values + step * sizes
+        out = loose & ((reached < low) | (reached > high))
+        if not out.any():
+            break
+        step[out] = (np.clip(reached, low, high) - values)[out] / sizes[out]
+        loose &= ~out
+        if not loose.any():
+            break
     new_theta = theta.copy()
     for parameter, value, change in zip(free, values, step * sizes, strict=True):
         parameter.put(new_theta, float(np.clip(value + change, parameter.low, parameter.high)))
@@ -235,26 +247,6 @@ def take_step(
     new_start_states = start_states.copy()
     new_start_states[:, system.varied] += moves * system.start_sizes
     return keep_definite(new_theta), new_start_states
-
-
-def solve_within_bounds(normal: Floats, gradient: Floats, low: Floats, high: Floats) -> Floats:
-    """Return the step that minimises the quadratic cost of normal equations within bounds.
-
-    A parameter that reaches a bound stays there only as long as the cost pushes it against the
-    bound (active sets: Stark and Parker, Computational Statistics 10 (1995) 129).
-
-    normal: (parameters, parameters).
-    gradient, low, high: (parameters,); no bound excludes the step 0.
-    """
-    step: Floats = np.linalg.lstsq(normal, gradient, rcond=1e-13)[0]
-    if np.all((low <= step) & (step <= high)):
-        return step
-    powers, directions = np.linalg.eigh(normal)
-    seen = powers > 1e-13 * powers[-1]
-    roots = np.sqrt(powers[seen])
-    matrix = roots[:, None] * directions[:, seen].T
-    target = (directions[:, seen].T @ gradient) / roots
-    return np.clip(lsq_linear(matrix, target, (low, high), method="bvls").x, low, high)
 
 
 def compute_half_widths(solution: Solution, free: tuple[Free, ...], together: int = 1) -> Floats:
