@@ -19,7 +19,7 @@ def test_a_cold_start_can_be_interrupted(ros: Graph, monkeypatch, tmp_path, numb
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     node = ros.start(MODULE, "--ros-args", "-p", "twin:=anything.yaml")
     assert node.stderr.readline() == "twin_node: compiling the twin once (about 15 s)\n"
-    assert node.stderr.readline() == f"twin_node: compiling for live: 1 of {1 + len(LAW_SETS)}\n"
+    assert node.stderr.readline() == f"twin_node: compiling for live: 1 of {2 + len(LAW_SETS)}\n"
     node.send_signal(number)
     _, said = node.communicate(timeout=60)
     assert node.returncode == 0 and "Traceback" not in said

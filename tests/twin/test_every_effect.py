@@ -174,6 +174,27 @@ def test_is_there_at_the_ends_of_its_ranges(effect):
 SENSORS = [e for e in CATALOGUE if e.form is Form.MEASURE]
 
 
+def test_lanes_pass_through_the_sensors_of_their_own_twins():
+    """Bit by bit as each lane alone, whatever is on in other lanes."""
+    random = np.random.default_rng(3)
+    sets = [
+        {e.name: {p.name: p.low + 0.6 * (p.high - p.low) for p in e.parameters} for e in chosen}
+        for chosen in (SENSORS, SENSORS[:1], SENSORS[3:5], ())
+    ]
+    theta = np.array([make_theta(Twin("test", THESIS, values)) for values in sets])
+    set_of, t = np.array([2, 0, 3, 1, 0, 2]), np.arange(5) * 0.3 + np.arange(6)[:, None]
+    states = random.normal(size=(6, 5, 4))
+    for convert in (apply_sensors, undo_sensors):
+        together = convert(states, theta, t, set_of)
+        alone = [
+            convert(s[None], theta[[k]], own[None])[0]
+            for s, k, own in zip(states, set_of, t, strict=True)
+        ]
+        assert np.array_equal(together, alone)
+        assert not np.array_equal(together[0], states[0])
+        assert np.array_equal(together[2], states[2])
+
+
 @given(
     st.lists(st.sampled_from(SENSORS), unique_by=lambda e: e.name),
     st.tuples(*[st.floats(-50.0, 50.0)] * 4),

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import pendulum_twin
+from pendulum_twin import machine_code
 from pendulum_twin.machine_code_files import CheckedFiles, DamagedFileError
 
 SOURCE = Path(pendulum_twin.__file__).parents[1]
@@ -50,6 +51,14 @@ def read_outcome(started):
     assert started.returncode == 0
     counts, folder = output.splitlines()
     return tuple(int(n) for n in counts.split()), folder
+
+
+def test_every_file_with_compiled_functions_is_in_the_digest():
+    """Numba keeps a function by its byte code: another constant in its file is not noticed."""
+    package = Path(pendulum_twin.__file__).parent
+    counted = {path for pattern in machine_code.SOURCES for path in package.glob(pattern)}
+    users = {path for path in package.glob("**/*.py") if "compile_cached\n" in path.read_text()}
+    assert len(users) >= 7 and users <= counted
 
 
 def test_a_second_process_compiles_nothing(tmp_path):

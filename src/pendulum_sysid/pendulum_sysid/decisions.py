@@ -150,7 +150,7 @@ LAW_MOST_INFLATION = 100.0  # ratio; beyond it the windows say nothing in common
 LAW_EVIDENCE_SHARE = 0.2  # of best; evidence below which a law is not refitted; time
 LAW_SHARES_PARAMETER = 0.9  # of a parameter's change of motion; a law makes it, too; measured
 LAW_FIRST_STEPS = 4  # iterations; of a fit before a law's smoothness is chosen anew; time
-LAW_LEAST_ERRORS = 1.0  # standard errors; gain of both halves, or the simpler stays; derived
+LAW_LEAST_ERRORS = 1.0  # standard errors; of a law's gain on both halves, at least; derived
 LAWS_REFITTED = 4  # fits; of the likeliest laws; time
 LAWS_MEASURED = 6  # laws; a twin has a slot more, in which a further law is tried: time
 

@@ -90,6 +90,7 @@ def _list_live_units() -> list[Callable[[], object]]:
     from pendulum_twin.model import Twin
     from pendulum_twin.motion import LAW_SETS
     from pendulum_twin.rig import Rig
+    from pendulum_twin.sensors import compile_sensors
     from pendulum_twin.stepper import Stepper
 
     twin = Twin("any", Rig(cart_mass_kg=1.0, force_per_pwm_n=1.0, cart_viscous_n_s_m=1.0))
@@ -101,6 +102,7 @@ def _list_live_units() -> list[Callable[[], object]]:
 
     return [
         partial(Stepper, twin, 0.01),
+        compile_sensors,
         *(partial(step, laws) for laws in LAW_SETS),
     ]
 

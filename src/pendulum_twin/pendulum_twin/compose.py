@@ -76,10 +76,14 @@ def _compile_text(
 
 
 def _compile_law(law: Callable[..., Any]) -> Callable[..., Any]:
-    """Return the compiled law; it calls compiled functions in place of the plain ones."""
+    """Return the compiled law; it calls compiled functions in place of the plain ones.
+
+    So do functions of its own file that the law calls.
+    """
+    called = {key: law.__globals__.get(key) for key in law.__code__.co_names}
     own = {
-        key: compile_inner(value)
-        for key, value in law.__globals__.items()
+        key: _compile_law(value)
+        for key, value in called.items()
         if isinstance(value, FunctionType) and value.__module__ == law.__module__
     }
     compiled = {"exp": exp, "sin_cos": sin_cos, "sin_cos_of_array": sin_cos_of_array}

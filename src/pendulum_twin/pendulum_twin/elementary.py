@@ -52,7 +52,7 @@ def sin_cos(angle: float) -> tuple[float, float]:
 def sin_cos_of_array(angle):  # type: ignore[no-untyped-def]
     """Return sine and cosine of a number or an array, for laws of sensors.
 
-    The quadrant is chosen by arithmetic, so that arrays and compiled numbers give the same bits.
+    The quadrant is chosen by arithmetic, so that laws of sensors run on plain arrays, too.
     """
     turns = np.floor(angle * HALF_PI_INVERSE + 0.5)
     r = (angle - turns * HALF_PI_HIGH) - turns * HALF_PI_LOW

@@ -23,8 +23,8 @@ from pendulum_twin.machine_code_files import CheckedFiles
 from pendulum_twin.user_effects import list_effect_files
 
 HERE = Path(__file__).parent
-# All files that go into the kernel; Numba itself notices a change only of the file that holds the
-# compiled function.
+# All files that go into compiled functions. Numba keeps a function by its byte code, and notices
+# no other change.
 SOURCES = (
     "block.py",
     "compose.py",
@@ -32,13 +32,17 @@ SOURCES = (
     "equations.py",
     "held_laws.py",
     "hysteresis.py",
+    "inverse_dynamics.py",
     "kernel.py",
     "law_curves.py",
     "lanes.py",
     "machine_code.py",
     "motion.py",
-    "stick_slip.py",
     "parameter_vector.py",
+    "path_memory.py",
+    "reactions.py",
+    "sensors.py",
+    "stick_slip.py",
     "effects/*.py",
     "laws/*.py",
 )

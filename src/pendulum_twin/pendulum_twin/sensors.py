@@ -19,7 +19,12 @@ from pendulum_twin.effects.effect import Effect, Form
 from pendulum_twin.law_curves import convert_positions, multiply_paces
 from pendulum_twin.laws.kind import SENSOR_ERRORS, Role
 from pendulum_twin.machine_code import compile_cached
-from pendulum_twin.parameter_vector import SLOTS, find_active_effects, list_law_kinds
+from pendulum_twin.parameter_vector import (
+    NEUTRAL,
+    SLOTS,
+    find_active_effects,
+    list_law_kinds,
+)
 
 _MEASURING: Mask = np.array([e.form is Form.MEASURE for e in CATALOGUE])
 _REPORTING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form is Form.REPORT]
@@ -45,6 +50,12 @@ def _convert_states(states, t, row_of, theta, active, undo):  # type: ignore[no-
         else:
             x, v, th, w = _measure(x, v, th, w, t[n], p, active)
         states[n, 0], states[n, 1], states[n, 2], states[n, 3] = x, th, v, w
+
+
+def compile_sensors() -> None:
+    """Compile what states pass through where a sensor's effect is on."""
+    row = np.zeros(1, dtype=np.int64)
+    _convert_states(np.zeros((1, 4)), np.zeros(1), row, NEUTRAL[None].copy(), _MEASURING, False)
 
 
 def apply_sensors(states: Floats, theta: Floats, t: Floats, set_of: Ints | None = None) -> Floats:

@@ -18,6 +18,7 @@ from pendulum_twin.rail_ends import Impact, stop_cart
 from pendulum_twin.sensors import (
     RATES,
     apply_sensors,
+    compile_sensors,
     compute_paces,
     report_rates,
     select_reporting_effects,
@@ -141,6 +142,7 @@ def compile_for_any_effect(twin: Twin, period_s: float) -> None:
 
     Measured hysteresis is rare, and is compiled for a twin that has it.
     """
+    compile_sensors()
     stepper = Stepper(twin, period_s)
     stepper.step(0.0)
     for stepper._laws, stepper._measured in product(LAW_SETS, (None, CURVES)):

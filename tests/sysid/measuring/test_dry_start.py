@@ -1,4 +1,4 @@
-"""Laws begin beside the dry friction of the names, and beside no other name."""
+"""Laws begin beside the dry friction of the best fit, and beside no other effect of it."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ RIG = Twin("rig", INTECO.rig)
 HIDDEN = {"cart_coulomb_friction": {"level_n": 2.0}, "rail_tilt": {"angle_rad": 0.05}}
 
 
-def test_laws_begin_beside_the_dry_friction_of_the_names_alone():
+def test_laws_begin_beside_the_dry_friction_of_the_best_fit_alone():
     prepared = prepare([made(replace(RIG, effects=HIDDEN), 20.0, amplitude=0.25)], RIG)
     case, split = prepared.case, prepared.split
     base = fit(case, split, (), make_theta(RIG), HORIZONS[0])

@@ -9,6 +9,7 @@ from support.made_recordings import INTECO, made
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.cross_validation import fit_without
 from pendulum_sysid.fitting.fit import HORIZONS, fit
+from pendulum_sysid.fitting.gauss_newton import refine_start_states
 from pendulum_sysid.measuring import halves
 from pendulum_sysid.measuring.curve import Curve
 from pendulum_sysid.measuring.halves import is_seen_in_halves
@@ -17,7 +18,7 @@ from pendulum_sysid.measuring.ranking import rank_curves
 from pendulum_sysid.prepare import prepare
 from pendulum_twin.laws.law import Law, spread_turn
 from pendulum_twin.model import Twin
-from pendulum_twin.parameter_vector import SLOTS, make_theta
+from pendulum_twin.parameter_vector import LAW_SIZE, LAWS, SLOTS, make_theta
 
 RIG = Twin("rig", INTECO.rig)
 TURN = spread_turn(24)
@@ -78,3 +79,36 @@ def test_one_half_is_not_asked_for_an_effect_of_the_time(monkeypatch):
     for theta, whole in zip(thetas, (longer,) * 4 + (shorter,) * 4, strict=True):
         np.testing.assert_array_equal(theta[own], whole.fit.theta[own])
         assert np.any(theta != whole.fit.theta)
+
+
+def test_laws_that_are_known_follow_in_each_half(monkeypatch):
+    """A half is run with the other half's asked law, and with its own fit of the other laws."""
+    gain = {"drive_gain_along_rail": Law((-1.0, 0.0, 1.0), (0.2, 0.0, -0.2))}
+    twin = replace(RIG, measured_laws=LAW | gain)
+    case, split, known, _ = measure_law([twin], (), "drive_gain_along_rail")
+    (candidate,) = [
+        r for r in rank_curves(case, split, known) if r.curve.kind.name == "pole_torque_by_angle"
+    ]
+    theta = known.fit.theta.copy()
+    candidate.curve.put(theta, candidate.values)
+    curves, priors = (*known.curves, candidate.curve), (*known.priors, candidate.prior)
+    start = replace(known.fit, theta=theta)
+    longer = fit_laws(case, split, start, curves, priors, known.inflation)
+    thetas = []
+
+    def keep(problem, theta):
+        thetas.append(theta.copy())
+        return refine_start_states(problem, theta)
+
+    monkeypatch.setattr(halves, "refine_start_states", keep)
+    assert is_seen_in_halves(case, split, longer, known)
+    early, late = (t[LAWS:][: 2 * LAW_SIZE].reshape(2, -1) for t in thetas[:2])
+    followed, asked = longer.fit.theta[LAWS:][: 2 * LAW_SIZE].reshape(2, -1)
+    assert len(thetas) == 4 and not np.array_equal(early, late)
+    for own in (early, late):
+        assert np.any(own[0] != followed) and np.any(own[1] != asked)
+
+
+@pytest.mark.parametrize(("gains", "errors"), [([3.0], 0.0), ([1.0, 3.0], 2.0)])
+def test_a_window_alone_has_no_standard_error(gains, errors):
+    assert halves._measure_in_errors(np.array(gains)) == pytest.approx(errors)

@@ -605,6 +605,40 @@ def test_a_name_keeps_its_shape_beside_a_law_of_its_kind_that_was_not_measured(r
     assert list_stand_ins(measured, without) == ["gain_drift"] * recovers
 
 
+def test_a_law_that_a_half_refuses_takes_no_name(monkeypatch):
+    """Coulomb friction of INTECO's thirds gave way to an elastic friction that no half shows."""
+    drift, clock = {"gain_drift": {"per_s": 0.003}}, np.linspace(0, 30, 31)
+    battery = {"drive_gain_over_time": Law(tuple(clock), tuple(-0.12 * np.exp(-clock / 9.0)))}
+    truth = replace(RIG, measured_laws=battery)
+    measured = fit_names_alone(made(truth, 30.0, amplitude=0.25), drift)
+    monkeypatch.setattr(names_module, "is_seen_in_halves", lambda *about: False)
+    assert list_stand_ins(measured, leave_out_names(measured, ["gain_drift"])) == []
+
+
+LEVEL, STEP = "cart_dry_friction_along_rail", "cart_force_by_velocity"
+
+
+@pytest.mark.parametrize(
+    ("friction", "held"),
+    [
+        (None, []),
+        ("cart_coulomb_friction", [LEVEL, STEP]),
+        ("cart_load_friction", [LEVEL, STEP]),
+        ("cart_presliding_friction", [STEP]),
+    ],
+)
+def test_a_friction_holds_its_level_and_its_step_beside_laws(friction, held):
+    """No law takes the step at rest from a friction that sticks; none makes a force of its own."""
+    prepared = prepare([made(RIG, 12.0, amplitude=0.25)], RIG)
+    effects = () if friction is None else (friction,)
+    curves = {c.kind.name: c for c in list_curves(prepared.case, make_theta(RIG), effects)}
+    parts = {LEVEL: "mean", STEP: "step"}
+    assert [name for name, part in parts.items() if part in curves[name].others] == held
+    assert (curves[LEVEL].low == 0.0) is (LEVEL not in held)
+    of_speed = curves["cart_dry_friction_by_velocity"]
+    assert ("size" in of_speed.others) is (LEVEL in held)
+
+
 @pytest.mark.parametrize(("bend", "bent"), [(0.3, []), (3.0, ["input_dead_zone"])])
 def test_an_effect_has_its_shape_where_a_law_of_its_kind_adds_little(bend, bent):
     """The curve beside the dead zone has 0.3 % of its power, or more than a fifth."""

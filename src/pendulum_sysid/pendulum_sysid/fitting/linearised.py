@@ -62,7 +62,7 @@ class System:
         )
 
     def move(self, columns: Sequence[int], steps: Floats) -> System:
-        """Return the system behind steps (columns,) of some parameters, in their sizes."""
+        """Return the system after steps (columns,) of some parameters, in their sizes."""
         changed = self.normals[:, :, columns] @ steps
         return replace(self, scores=self.scores - changed)
 

@@ -59,6 +59,8 @@ NAMED: dict[tuple[Role, Variable | None], str] = {
     (Role.PACE, None): "mean",
     (Role.POSITION_ERROR, Variable.POSITION): "mean",
 }
+DRY = (Role.CART_DRY, Role.POLE_DRY)
+LEVEL_FORMS = (Form.DRY, Form.STATE_FRICTION)  # of effects that are a level of dry friction
 # The parts of a law that the level of a dry friction stands for.
 LEVELS: dict[tuple[Role, Variable | None], str] = {
     (Role.CART_DRY, None): "mean",
@@ -310,7 +312,7 @@ def _list_others(kind: LawKind, case: Case, effects: tuple[str, ...]) -> tuple[s
             others.append(part)
         if key in NAMED:
             others.append(NAMED[key])
-        if key in LEVELS and _has_dry(kind.place, effects):
+        if key in LEVELS and _has_friction(kind, effects):
             others.append(LEVELS[key])
     return tuple(others)
 
@@ -327,8 +329,14 @@ def _is_all_dry(kind: LawKind, effects: tuple[str, ...]) -> bool:
     Such a curve is negative nowhere. So it keeps its share of a drag: a curve whose share is held
     at 0 (`Curve.gauges`) is negative somewhere, or 0.
     """
-    return kind.role in (Role.CART_DRY, Role.POLE_DRY) and not _has_dry(kind.place, effects)
+    return kind.role in DRY and not _has_friction(kind, effects)
 
 
-def _has_dry(place: Place, effects: tuple[str, ...]) -> bool:
-    return any(EFFECTS[e].form is Form.DRY and EFFECTS[e].place is place for e in effects)
+def _has_friction(kind: LawKind, effects: tuple[str, ...]) -> bool:
+    """Return whether effects hold the level, or the step at rest, that a law could hold as well.
+
+    The level of an elastic friction is no constant: a law of the level cannot take from it.
+    """
+    forms = (*LEVEL_FORMS, Form.PATH_FORCE) if kind.role not in DRY else LEVEL_FORMS
+    laws = (EFFECTS[name] for name in effects)
+    return any(law.form in forms and law.place is kind.place for law in laws)

@@ -40,20 +40,25 @@ def is_seen_in_halves(case: Case, split: Split, longer: LawFit, shorter: LawFit)
     7.10). Each half counts by its own standard error (Stouffer's method), for a half that hardly
     shows the law scatters by other physics.
 
+    Of a law over the time one half does not tell the other half's values: both halves are run with
+    the values of the whole.
+
     longer: a fit with the laws of the shorter fit, and with those that are asked.
     """
     known = {curve.kind.name for curve in shorter.curves}
     rich, simple = (_run_halves(case, split, law_fit, known) for law_fit in (longer, shorter))
     gains = (compute_log_errors(simple, rich) - compute_log_errors(rich, rich)).mean(axis=1)
-    halves = [_count_errors(gains[half]) for half in _list_halves(len(gains))]
+    halves = [_measure_in_errors(gains[half]) for half in _list_halves(len(gains))]
     both = float(np.sum(halves) / np.sqrt(len(halves)))
     is_worse = min(halves) < -decisions.INTERVAL_DEVIATIONS
     return both > decisions.LAW_LEAST_ERRORS and not is_worse
 
 
-def _count_errors(gains: Floats) -> float:
-    """Return the mean of gains (windows,) in its standard errors."""
-    return float(np.mean(gains) * np.sqrt(len(gains)) / max(np.std(gains), 1e-300))
+def _measure_in_errors(gains: Floats) -> float:
+    """Return the mean of gains (windows,) in its standard errors; 0 for a window alone."""
+    if len(gains) < 2:
+        return 0.0
+    return float(np.mean(gains) * np.sqrt(len(gains)) / max(np.std(gains, ddof=1), 1e-300))
 
 
 def _list_halves(count: int) -> tuple[Mask, Mask]:

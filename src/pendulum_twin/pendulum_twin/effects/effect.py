@@ -59,7 +59,7 @@ class Form(Enum):
     STATE_FRICTION = "state_friction"
     # whether the whole state stands still: law(force, v, w, *parameters) -> bool
     HOLD = "hold"
-    # true state to measured state: law(x, v, th, w, t, *parameters) -> (x, v, th, w)
+    # true state to measured state: law(x, v, th, w, t, *constants, *parameters) -> (x, v, th, w)
     MEASURE = "measure"
     # reported velocity, sample by sample: law(v, before, period_s, *parameters) -> v
     REPORT = "report"
@@ -173,8 +173,9 @@ class Effect:
     parameters: in the order in which the law takes them.
     constants: names of the rig's numbers (`parameter_vector.BASE`) that the law takes before its
         parameters.
-    inverse: of a MEASURE law: measured state to true state, with the law's arguments. Of a FILTER
-        law without memory: inverse(u, t, *parameters), the command that gives u, or the nearest.
+    inverse: of a MEASURE law: measured state to true state, with the law's arguments, and compiled
+        as the law is. Of a FILTER law without memory: inverse(u, t, *parameters), the command that
+        gives u, or the nearest.
     reaction: of a FILTER law of the drive: how the cart acts back on it; None for a drive that
         has no mass of its own.
     memory: of a FILTER law: how many numbers it keeps from substep to substep, given the substep h
