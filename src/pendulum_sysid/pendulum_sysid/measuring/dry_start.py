@@ -18,6 +18,8 @@ def keep_dry_friction(base: Fit, best: Fit) -> Fit:
     window that begins at rest.
     """
     names = [e for e in best.effects if _is_dry(e) and e not in base.effects]
+    if not names:
+        return base
     theta = base.theta.copy()
     for name in names:
         theta[SLOTS[name]] = best.theta[SLOTS[name]]
