@@ -368,9 +368,6 @@ def test_a_curve_over_time_waits_for_its_formula_until_other_laws_are_measured()
     clock = np.linspace(0.0, 30.0, 121)
     laws = {
         "drive_gain_over_time": Law(tuple(clock), tuple(0.03 * np.sin(2 * np.pi * clock / 8.3))),
-        "cart_dry_friction_by_velocity": Law(
-            tuple(AT), tuple(0.5 + 1.5 * np.exp(-((AT / 0.4) ** 2)))
-        ),
         "cart_one_way_drag_along_rail": Law(tuple(AT), tuple(-0.2 * np.tanh(50.0 * AT))),
         "cart_hysteresis": Law((0.06, 0.12, 0.24), (0.02, 0.02, 0.02)),
     }
@@ -606,7 +603,10 @@ def test_a_name_keeps_its_shape_beside_a_law_of_its_kind_that_was_not_measured(r
 
 
 def test_a_law_that_a_half_refuses_takes_no_name(monkeypatch):
-    """Coulomb friction of INTECO's thirds gave way to an elastic friction that no half shows."""
+    """The drift would give way to the battery's curve; the check by halves refuses the curve.
+
+    Coulomb friction of INTECO's thirds gave way so to an elastic friction.
+    """
     drift, clock = {"gain_drift": {"per_s": 0.003}}, np.linspace(0, 30, 31)
     battery = {"drive_gain_over_time": Law(tuple(clock), tuple(-0.12 * np.exp(-clock / 9.0)))}
     truth = replace(RIG, measured_laws=battery)
@@ -628,7 +628,7 @@ LEVEL, STEP = "cart_dry_friction_along_rail", "cart_force_by_velocity"
     ],
 )
 def test_a_friction_holds_its_level_and_its_step_beside_laws(friction, held):
-    """No law takes the step at rest from a friction that sticks; none makes a force of its own."""
+    """A law that could hold the same is held without it; a law that is all friction is not."""
     prepared = prepare([made(RIG, 12.0, amplitude=0.25)], RIG)
     effects = () if friction is None else (friction,)
     curves = {c.kind.name: c for c in list_curves(prepared.case, make_theta(RIG), effects)}

@@ -10,6 +10,7 @@ import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.encoder_steps import find_shaft_turn
+from pendulum_sysid.finding.detectors.steady_friction import FRICTION_FORMS
 from pendulum_sysid.finding.localisation.balance import Motion, compute_motion
 from pendulum_sysid.fitting.case import OF_CART, Case
 from pendulum_sysid.fitting.parameters import Free, list_rig_parameters
@@ -337,6 +338,6 @@ def _has_friction(kind: LawKind, effects: tuple[str, ...]) -> bool:
 
     The level of an elastic friction is no constant: a law of the level cannot take from it.
     """
-    forms = (*LEVEL_FORMS, Form.PATH_FORCE) if kind.role not in DRY else LEVEL_FORMS
+    forms = LEVEL_FORMS if kind.role in DRY else FRICTION_FORMS
     laws = (EFFECTS[name] for name in effects)
     return any(law.form in forms and law.place is kind.place for law in laws)
