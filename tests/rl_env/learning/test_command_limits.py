@@ -4,6 +4,7 @@ Over topics: a live twin whose command is in volts, real messages.
 """
 
 import json
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -46,6 +47,7 @@ pendulum_rl_env/InvertedPendulum-v0:
    evaluate_every: 64, settings: {n_steps: 32, batch_size: 32, n_epochs: 1}}
 """
 ALL_OF_THEM = 100_000  # samples that wait while a program runs in the test's own thread
+Samples = list[tuple[int, float]]  # when a command was sent on, in ns, and the command
 ANOTHER_UNIT = "expected a rig that takes commands up to"
 
 
@@ -104,15 +106,17 @@ def short_episodes(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @contextmanager
-def listen(ros: Graph, monkeypatch: pytest.MonkeyPatch, twin: Path) -> Iterator[list[float]]:
+def listen(ros: Graph, monkeypatch: pytest.MonkeyPatch, twin: Path) -> Iterator[Samples]:
     """Serve a twin in real time as the rig, and give what it has applied so far."""
     monkeypatch.setenv("ROS_DOMAIN_ID", str(ros.domain))
-    applied: list[float] = []
+    applied: Samples = []
     with served_twin(ros, "rig", twin=str(twin)):
         node = ros.user()
-        node.create_subscription(
-            Float64, "/rig/applied_pwm", lambda m: applied.append(m.data), ALL_OF_THEM
-        )
+
+        def note(message: Float64, info: dict[str, int]) -> None:
+            applied.append((info["source_timestamp"], message.data))
+
+        node.create_subscription(Float64, "/rig/applied_pwm", note, ALL_OF_THEM)
         ros.until(lambda: applied, "the twin")
         yield applied
 
@@ -121,11 +125,11 @@ def play(policy: Path, *where: str) -> int:
     return evaluate.main(["--policy", str(policy), "--episodes", "1", "--json", *where])
 
 
-def collect(ros: Graph, applied: list[float]) -> float:
+def collect(ros: Graph, applied: Samples) -> float:
     """Return the largest command that was applied; the last episode is over."""
-    settled = len(applied) + 200
-    ros.until(lambda: len(applied) > settled, "the rest")
-    return max(map(abs, applied))
+    over = time.time_ns()
+    ros.until(lambda: applied[-1][0] > over, "the rest")
+    return max(abs(command) for _, command in applied)
 
 
 def test_a_policy_file_says_its_limit_and_its_sample_time(policy: Path, old_policy: Path) -> None:
