@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from support.made_fits import make_errors, make_fit
 from support.made_recordings import INTECO, made, made_states, sweep
 
 from pendulum_sysid import decisions
@@ -687,8 +688,11 @@ def test_a_level_of_dry_friction_is_a_name_where_the_level_hardly_varies(level_n
     ],
     ids=["alike", "by chance", "by chance, no names", "surely", "worse"],
 )
-def test_names_stay_beside_laws_where_the_laws_alone_err_alike(simple, rich, has_names, better):
-    def make_measured(misfit):
-        return SimpleNamespace(is_at_noise=False, named=(SimpleNamespace(choose=misfit), ()))
+def test_names_stay_beside_laws_unless_whole_windows_run_better_without(
+    simple, rich, has_names, better
+):
+    def make_measured(size):
+        whole = replace(make_fit(make_errors(seed=1, size=size)), pieces=1)
+        return SimpleNamespace(is_at_noise=False, over_whole_windows=whole)
 
     assert is_better(make_measured(simple), make_measured(rich), has_names) is better

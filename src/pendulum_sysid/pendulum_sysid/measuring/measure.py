@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from pendulum_sysid import decisions
-from pendulum_sysid.finding.judge import Lead, compute_lead, compute_least_ratio
+from pendulum_sysid.finding.judge import Lead, compute_lead, judge_over_whole_windows
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit_over_horizon
 from pendulum_sysid.fitting.gauss_newton import scale_values
@@ -49,6 +49,11 @@ class Measured:
         """Return the fit with formulas in place of curves, and the curves (`name_curves`)."""
         return name_curves(self.case, self.split, self.law_fit)
 
+    @cached_property
+    def over_whole_windows(self) -> Fit:
+        """Return the fit with formulas, with its errors over whole windows left out."""
+        return judge_over_whole_windows(self.case, self.split, self.named[0])
+
     @property
     def kinds(self) -> tuple[str, ...]:
         """Return the kinds of the laws."""
@@ -65,9 +70,9 @@ def measure_best_laws(
 ) -> Measured | None:
     """Return the fit with measured laws from the best start; None where no law helps for sure.
 
-    At the noise the best has the fewest laws; above the noise, the smaller misfit on windows left
-    out. Where both err alike names stay: the twin may need them beside the laws, and is asked
-    (`names_beside_laws`). Effects that are no names do not.
+    At the noise the best has the fewest laws; above the noise, the smaller errors over whole
+    windows left out. Where both err alike names stay: the twin may need them beside the laws, and
+    is asked (`names_beside_laws`). Effects that are no names do not.
 
     Runs take long steps while laws are tried; the laws that are kept are fitted with the twin's
     own steps. A curve over time whose formula is lost there goes: it would be played in the next
@@ -104,7 +109,9 @@ def measure_best_laws(
 def is_better(simple: Measured, rich: Measured, has_names: bool) -> bool:
     """Return whether the fit with fewer effects is the better of two with laws.
 
-    Above the noise fits err alike where their misfits differ by less than a lead has to be.
+    Above the noise whole windows decide: over the short windows that laws are fitted to, an error
+    that adds up counts little (a law in place of dry friction creeps from rest). Names stay unless
+    the fit without them is really ahead.
 
     has_names: whether effects of the rich fit are names.
     """
@@ -112,9 +119,8 @@ def is_better(simple: Measured, rich: Measured, has_names: bool) -> bool:
         return len(simple.law_fit.curves) <= len(rich.law_fit.curves)
     if simple.is_at_noise != rich.is_at_noise:
         return simple.is_at_noise
-    misfit = simple.named[0].choose
-    least = compute_least_ratio(misfit) if has_names else 1.0
-    return rich.named[0].choose >= least * misfit
+    lead = compute_lead(simple.over_whole_windows, rich.over_whole_windows)
+    return lead.is_real if has_names else lead.ratio >= 1.0
 
 
 def measure_laws(
