@@ -10,9 +10,9 @@ from pendulum_sysid import decisions
 from pendulum_sysid.fitting.cross_validation import fit_without
 from pendulum_sysid.fitting.fit import HORIZONS, fit
 from pendulum_sysid.measuring import halves
-from pendulum_sysid.measuring.curve import Curve
 from pendulum_sysid.measuring.halves import is_seen_in_halves
-from pendulum_sysid.measuring.penalised_fit import LawFit, fit_laws
+from pendulum_sysid.measuring.measure import fit_longer
+from pendulum_sysid.measuring.penalised_fit import LawFit
 from pendulum_sysid.measuring.ranking import rank_curves
 from pendulum_sysid.prepare import prepare
 from pendulum_twin.laws.law import Law, spread_turn
@@ -32,12 +32,7 @@ def measure_law(twins: list[Twin], effects: tuple[str, ...], name: str):
     begun = fit(case, split, effects, theta, HORIZONS[0])
     shorter = LawFit(begun, (), (), (), (), decisions.LAW_FIRST_INFLATION)
     (candidate,) = [r for r in rank_curves(case, split, shorter) if r.curve.kind.name == name]
-    curve: Curve = candidate.curve
-    theta = shorter.fit.theta.copy()
-    curve.put(theta, candidate.values)
-    start = replace(shorter.fit, theta=theta)
-    longer = fit_laws(case, split, start, (curve,), (candidate.prior,), shorter.inflation)
-    return case, split, longer, shorter
+    return case, split, fit_longer(case, split, shorter, candidate), shorter
 
 
 @pytest.mark.parametrize(("laws", "holds"), [((LAW, LAW), True), ((LAW, {}), False)])
@@ -88,11 +83,7 @@ def test_laws_that_are_known_follow_in_each_half(monkeypatch):
     (candidate,) = [
         r for r in rank_curves(case, split, known) if r.curve.kind.name == "pole_torque_by_angle"
     ]
-    theta = known.fit.theta.copy()
-    candidate.curve.put(theta, candidate.values)
-    curves, priors = (*known.curves, candidate.curve), (*known.priors, candidate.prior)
-    start = replace(known.fit, theta=theta)
-    longer = fit_laws(case, split, start, curves, priors, known.inflation)
+    longer = fit_longer(case, split, known, candidate)
     fits = []
 
     def keep(system, whole, free, left_out, penalty):

@@ -28,7 +28,6 @@ from pendulum_sysid.measuring.smoothness import (
     choose_smoothness,
 )
 from pendulum_sysid.records import Fit, Split
-from pendulum_twin.arrays import Floats
 from pendulum_twin.laws.kind import Variable
 from pendulum_twin.laws.law import locate_on_knots, make_curve_matrix
 from pendulum_twin.parameter_vector import list_law_kinds, take_law_out
@@ -284,42 +283,51 @@ def _list_over_time(measured: Measured) -> list[int]:
 def fit_longer(case: Case, split: Split, law_fit: LawFit, candidate: Ranked) -> LawFit:
     """Return the fit with one law more; its smoothness is chosen again near where the fit ends.
 
+    The fit begins where the law is nothing: there its errors are those of the fit without.
+
     Knots are doubled as long as the law's effective parameters are about as many: such a curve
     cannot show all that the recording holds, and another recording asks between its knots (Wood,
     Generalized Additive Models (2017), section 5.9).
     """
+    curve, prior = candidate.curve, candidate.prior
     theta = law_fit.fit.theta.copy()
-    candidate.curve.put(theta, candidate.values)
-    curves, priors = (*law_fit.curves, candidate.curve), (*law_fit.priors, candidate.prior)
-    begun = fit_laws(
-        case,
-        split,
-        replace(law_fit.fit, theta=theta),
-        curves,
-        priors,
-        law_fit.inflation,
-        iterations=decisions.LAW_FIRST_STEPS,
-    )
-    priors = tuple(_choose_again(case, begun, k) for k in range(len(curves)))
-    if priors[-1].effective > decisions.LAW_MOST_EFFECTIVE * len(candidate.curve.knots):
-        finer = _refine(candidate.curve, priors[-1], begun.values[-1])
-        if finer is not None:
-            return fit_longer(case, split, law_fit, finer)
+    curve.put(theta, np.zeros(len(curve.knots)))
+    start = replace(law_fit.fit, theta=theta)
+    while True:
+        curves, priors = (*law_fit.curves, curve), (*law_fit.priors, prior)
+        begun = fit_laws(
+            case,
+            split,
+            start,
+            curves,
+            priors,
+            law_fit.inflation,
+            iterations=decisions.LAW_FIRST_STEPS,
+        )
+        priors = tuple(_choose_again(case, begun, k) for k in range(len(curves)))
+        asks = priors[-1].effective > decisions.LAW_MOST_EFFECTIVE * len(curve.knots)
+        finer = refine_knots(curve) if asks else None
+        if finer is None:
+            break
+        start, prior = _refine(begun, finer, priors[-1])
+        curve = finer
     longer = fit_laws(case, split, begun.fit, curves, priors, begun.inflation, begun.system)
     lead: Lead = compute_lead(longer.fit, law_fit.fit)
     return replace(longer, lead=lead)
 
 
-def _refine(curve: Curve, prior: Smoothness, values: Floats) -> Ranked | None:
-    """Return the same curve on twice as many knots; None where a law can hold no more."""
-    finer = refine_knots(curve)
-    if finer is None:
-        return None
+def _refine(begun: LawFit, finer: Curve, prior: Smoothness) -> tuple[Fit, Smoothness]:
+    """Return the fit with its last law on finer knots, and the smoothness there.
+
+    prior: on the knots of the fit.
+    """
+    curve, theta = begun.curves[-1], begun.fit.theta.copy()
     (steps,) = np.diff(locate_on_knots(curve.kind, finer.knots, curve.knots[:2]))
     spread = make_curve_matrix(curve.kind, curve.knots, finer.knots)
     if curve.kind.remembers:
         spread = spread / steps  # each element has its share of what slips
-    return Ranked(finer, replace(prior, length=prior.length * steps), spread @ values)
+    finer.put(theta, spread @ begun.values[-1])
+    return replace(begun.fit, theta=theta), replace(prior, length=prior.length * steps)
 
 
 def _choose_again(case: Case, law_fit: LawFit, which: int) -> Smoothness:

@@ -35,15 +35,10 @@ from pendulum_twin.parameter_vector import list_law_kinds
 
 @dataclass(frozen=True)
 class Ranked:
-    """Hold a curve that may explain what remains, with its values by one linearised step.
-
-    prior: chosen for it; its evidence ranks it.
-    values: (knots,) in the unit of its quantity.
-    """
+    """Hold a curve that may explain what remains, and its prior, whose evidence ranks it."""
 
     curve: Curve
     prior: Smoothness
-    values: Floats
 
 
 def rank_curves(case: Case, split: Split, law_fit: LawFit) -> list[Ranked]:
@@ -124,11 +119,7 @@ def _try_curve(trial: _Trial, curve: Curve) -> tuple[Ranked, System] | None:
     curves = (*law_fit.curves, curve)
     matrix, gradient = reduce_to_last(system, values, curves, law_fit.priors, law_fit.inflation)
     prior = choose_smoothness(curve, matrix, gradient, law_fit.inflation)
-    if prior.evidence < decisions.LAW_LEAST_NATS:
-        return None
-    penalty = law_fit.inflation * make_precision(curve, prior)
-    values = curve.size * np.linalg.solve(matrix + penalty, gradient)
-    return Ranked(curve, prior, np.clip(values, curve.low, None)), system
+    return (Ranked(curve, prior), system) if prior.evidence >= decisions.LAW_LEAST_NATS else None
 
 
 def _make_whole_precision(
