@@ -11,8 +11,10 @@ from support.made_recordings import INTECO, made
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit
 from pendulum_sysid.fitting.gauss_newton import (
+    CONVERGED,
     Solution,
     compute_correlations,
+    compute_cost,
     compute_half_widths,
     solve,
 )
@@ -104,6 +106,18 @@ def test_a_fit_ends_with_the_normal_equations_of_where_it_ends(
     assert np.all(np.abs(kept.gradient - fresh.gradient) < 0.05 * scale)
     spread = np.abs(kept.scores - fresh.scores).max(axis=0)
     assert np.all(spread < 0.05 * np.abs(fresh.scores).max(axis=0))
+
+
+def test_a_fit_may_end_before_its_last_small_gains(
+    near: Case, problem: Problem, free: tuple[Free, ...]
+) -> None:
+    theta = make_theta(near.twin)
+    whole, rough = (solve(problem, theta, free, least_gain=gain) for gain in (CONVERGED, 0.1))
+    costs = [
+        compute_cost(problem, fit.start_states, fit.squares, fit.counts) for fit in (whole, rough)
+    ]
+    assert rough.converged and rough.system is not None
+    assert np.any(rough.theta != whole.theta) and costs[0] < costs[1] < costs[0] + 0.1
 
 
 def residuals(problem: Problem, theta: Floats, starts: Floats, power: Floats) -> Floats:

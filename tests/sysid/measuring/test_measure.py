@@ -494,6 +494,32 @@ def test_a_curve_over_time_that_other_laws_can_do_without_is_not_needed(monkeypa
     assert measure_module._list_idle_over_time(idle) == [1]
 
 
+def test_a_law_is_fitted_from_where_it_is_nothing(monkeypatch):
+    """Its errors begin as those of the fit without; finer knots keep the law's values."""
+    case, split = prepare_with({"cart_force_by_position": LAWS["cart_force_by_position"]})
+    begun = begin_without_laws(case, split, fit_own_parameters(case, split))
+    (candidate,) = [
+        ranked
+        for ranked in rank_curves(case, split, begun)
+        if ranked.curve.kind.name == "cart_force_by_position"
+    ]
+    starts = []
+    fit_laws = measure_module.fit_laws
+
+    def keep(case, split, start, curves, *about, **named):
+        law_fit = fit_laws(case, split, start, curves, *about, **named)
+        starts.append((curves[-1].get_values(start.theta), law_fit.values[-1]))
+        return law_fit
+
+    monkeypatch.setattr(measure_module, "fit_laws", keep)
+    monkeypatch.setattr(decisions, "LAW_MOST_EFFECTIVE", 0.0)  # always finer
+    measure_module.fit_longer(case, split, begun, candidate)
+    first, second = starts[:2]
+    assert not np.any(first[0])
+    assert len(second[0]) == 2 * len(first[1])
+    np.testing.assert_allclose(second[0][[0, -1]], first[1][[0, -1]])
+
+
 def test_nothing_is_measured_where_nothing_is_missing():
     case, split = prepare_with({})
     start = fit_own_parameters(case, split)

@@ -134,6 +134,7 @@ def solve(
     iterations: int = MOST_ITERATIONS,
     penalty: Floats | None = None,
     known: System | None = None,
+    least_gain: float = CONVERGED,
 ) -> Solution:
     """Return the fit of the free parameters and of the windows' start states, from theta.
 
@@ -145,6 +146,7 @@ def solve(
         none.
     known: the normal equations at theta and the start states, without the penalty; None where
         they are to be computed.
+    least_gain: of an iteration, in nats a sample; a smaller gain ends the fit.
     """
     windows = problem.windows
     starts: Floats = (windows.start_states if start_states is None else start_states).copy()
@@ -184,7 +186,7 @@ def solve(
         gain, cost = cost - new_cost, new_cost
         before, theta, starts, squares = theta, new_theta, new_starts, new_squares
         damping = max(damping * 0.1, 1e-9)
-        if gain < CONVERGED:
+        if gain < least_gain:
             return conclude(True, shift_system(system, free, before, theta))
     return conclude(False, None)
 

@@ -302,7 +302,7 @@ def fit_longer(case: Case, split: Split, law_fit: LawFit, candidate: Ranked) -> 
             curves,
             priors,
             law_fit.inflation,
-            iterations=decisions.LAW_FIRST_STEPS,
+            least_gain=decisions.LAW_FIRST_GAIN,
         )
         priors = tuple(_choose_again(case, begun, k) for k in range(len(curves)))
         asks = priors[-1].effective > decisions.LAW_MOST_EFFECTIVE * len(curve.knots)

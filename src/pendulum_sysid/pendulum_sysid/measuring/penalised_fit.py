@@ -13,7 +13,7 @@ from pendulum_sysid.finding.judge import Lead
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.cross_validation import compute_left_out_misfit, cross_validate
 from pendulum_sysid.fitting.fit import estimate_located, widen_estimates
-from pendulum_sysid.fitting.gauss_newton import complete_system, solve
+from pendulum_sysid.fitting.gauss_newton import CONVERGED, complete_system, solve
 from pendulum_sysid.fitting.linearised import System
 from pendulum_sysid.fitting.parameters import (
     Free,
@@ -72,20 +72,29 @@ def fit_laws(
     priors: tuple[Smoothness, ...],
     inflation: float,
     known: System | None = None,
-    iterations: int = ITERATIONS,
+    least_gain: float = CONVERGED,
 ) -> LawFit:
     """Return the fit of all parameters, cross-validated.
 
     start: from which the fit starts; its theta holds every curve.
     known: the normal equations there, without the priors; None where they are to be computed.
-    iterations: at most.
+    least_gain: of an iteration, in nats a sample; a smaller gain ends the fit.
     """
     effects, pieces = start.effects, start.pieces
     problem = case.problem(shorten_windows(case.state, split.learn, pieces))
     free = list_all_free(case, effects, start.theta, curves)
     own = len(free) - sum(len(curve.knots) for curve in curves)
     precision = make_penalty(own, curves, priors, inflation)
-    begun = solve(problem, start.theta, free, start.start_states, iterations, precision, known)
+    begun = solve(
+        problem,
+        start.theta,
+        free,
+        start.start_states,
+        ITERATIONS,
+        precision,
+        known,
+        least_gain,
+    )
     solved = complete_system(problem, begun, free)
     system = solved.system
     assert system is not None
