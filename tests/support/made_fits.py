@@ -1,4 +1,4 @@
-"""Fits made of errors alone, for what decides between fits."""
+"""Fits made of errors alone, for tests of the judge."""
 
 from collections.abc import Mapping
 

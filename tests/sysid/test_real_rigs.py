@@ -85,10 +85,12 @@ def write_twin(name: str, rig: Rig, folder: Path) -> Path:
 
 @pytest.fixture(scope="session")
 def inteco(shared_data: Path, tmp_path_factory: pytest.TempPathFactory) -> Diagnosed:
+    """Diagnose 40 s; `docs/real_rigs.md` has the whole minute, which takes four times as long."""
     folder = shared_data / "inteco_rig"
 
     def make(out: Path) -> None:
-        diagnose([folder / "open_loop_0_60s"], folder / "twin.yaml", out / "out")
+        part = cut_recording(folder / "open_loop_0_60s", out / "part", 0, 40)
+        diagnose([part], folder / "twin.yaml", out / "out")
 
     return read_diagnosed(make_once(tmp_path_factory, "inteco", make))
 
@@ -153,7 +155,7 @@ def test_effects_that_the_thesis_s_rig_does_not_have_are_not_named(inteco: Diagn
 
 
 def test_the_improved_twin_follows_the_thesis_s_rig(inteco: Diagnosed) -> None:
-    assert inteco.get_held_out("cart_mm")["after"] <= 6.5
+    assert inteco.get_held_out("cart_mm")["after"] <= 7.5  # of 40 s
     assert inteco.get_held_out("pole_rad")["after"] <= 0.034
     assert "drive_gain_over_shaft_turn" in [e["law"] for e in inteco.verdict["measured_laws"]]
     assert inteco.verdict["remainder"]["above_noise_floor"] > 2
@@ -177,8 +179,14 @@ def test_a_half_without_a_name_still_shows_the_dry_friction(
     assert level.low < 0.47 < level.high  # as the first half and the whole have it
 
 
-def test_faults_in_the_thesis_s_recording_are_reported(inteco: Diagnosed) -> None:
-    assert {"wrap", "spike"} <= {finding["kind"] for finding in inteco.verdict["data_quality"]}
+def test_faults_in_the_thesis_s_recording_are_reported(
+    shared_data: Path, inteco: Diagnosed
+) -> None:
+    folder = shared_data / "inteco_rig"
+    recording = read_recording(folder / "open_loop_0_60s")
+    findings = prepare([recording], load_twin(folder / "twin.yaml")).findings
+    assert {"wrap", "spike"} <= {finding.kind for finding in findings}
+    assert "wrap" in {finding["kind"] for finding in inteco.verdict["data_quality"]}
 
 
 def test_recordings_that_begin_before_the_drive_does_lose_their_start(

@@ -127,8 +127,8 @@ def play(policy: Path, *where: str) -> int:
 
 def collect(ros: Graph, applied: Samples) -> float:
     """Return the largest command that was applied; the last episode is over."""
-    over = time.time_ns()
-    ros.until(lambda: applied[-1][0] > over, "the rest")
+    end_ns = time.time_ns()
+    ros.until(lambda: applied[-1][0] > end_ns, "the rest")
     return max(abs(command) for _, command in applied)
 
 

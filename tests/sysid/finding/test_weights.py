@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sysid.finding.test_judge import make_errors, make_fit
+from support.made_fits import make_errors, make_fit
 
 from pendulum_sysid.finding.weights import WeighedSet, weigh_effect, weigh_sets
 

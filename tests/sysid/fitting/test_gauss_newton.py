@@ -114,7 +114,8 @@ def test_a_fit_may_end_before_its_last_small_gains(
     theta = make_theta(near.twin)
     whole, rough = (solve(problem, theta, free, least_gain=gain) for gain in (CONVERGED, 0.1))
     costs = [
-        compute_cost(problem, fit.start_states, fit.squares, fit.counts) for fit in (whole, rough)
+        compute_cost(problem, solution.start_states, solution.squares, solution.counts)
+        for solution in (whole, rough)
     ]
     assert rough.converged and rough.system is not None
     assert np.any(rough.theta != whole.theta) and costs[0] < costs[1] < costs[0] + 0.1

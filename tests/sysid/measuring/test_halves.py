@@ -10,8 +10,8 @@ from pendulum_sysid import decisions
 from pendulum_sysid.fitting.cross_validation import fit_without
 from pendulum_sysid.fitting.fit import HORIZONS, fit
 from pendulum_sysid.measuring import halves
+from pendulum_sysid.measuring.further_law import fit_longer
 from pendulum_sysid.measuring.halves import is_seen_in_halves
-from pendulum_sysid.measuring.measure import fit_longer
 from pendulum_sysid.measuring.penalised_fit import LawFit
 from pendulum_sysid.measuring.ranking import rank_curves
 from pendulum_sysid.prepare import prepare

@@ -8,11 +8,11 @@ from support.hidden_physics import INTECO
 from support.made_recordings import made
 
 from pendulum_sysid.fitting.fit import fit_own_parameters
+from pendulum_sysid.measuring.further_law import fit_longer
 from pendulum_sysid.measuring.law_parts import give_parts_back
 from pendulum_sysid.measuring.measure import (
     Measured,
     begin_without_laws,
-    fit_longer,
     measure_laws,
 )
 from pendulum_sysid.measuring.ranking import rank_curves

@@ -13,12 +13,14 @@ from pendulum_sysid import decisions
 from pendulum_sysid.finding.judge import compute_lead
 from pendulum_sysid.finding.localisation.balance import compute_motion
 from pendulum_sysid.fitting.fit import HORIZONS, fit, fit_own_parameters
+from pendulum_sysid.fitting.gauss_newton import compute_power
 from pendulum_sysid.fitting.parameters import hold_constants
 from pendulum_sysid.measuring import curve as curve_module
 from pendulum_sysid.measuring import measure as measure_module
 from pendulum_sysid.measuring import names_beside_laws as names_module
 from pendulum_sysid.measuring.curve import Curve, list_curves
 from pendulum_sysid.measuring.formula_fit import ShapeParameter
+from pendulum_sysid.measuring.further_law import fit_longer
 from pendulum_sysid.measuring.measure import (
     begin_without_laws,
     is_better,
@@ -484,7 +486,7 @@ def test_a_curve_over_time_that_other_laws_can_do_without_is_not_needed(monkeypa
     assert measured is not None and measured.kinds == (drag,)
     monkeypatch.setattr(decisions, "LAW_LEAST_NATS", -np.inf)
     likely = {r.curve.kind.name: r for r in rank_curves(case, split, measured.law_fit)}
-    longer = measure_module.fit_longer(case, split, measured.law_fit, likely[gain])
+    longer = fit_longer(case, split, measured.law_fit, likely[gain])
     idle = replace(measured, law_fit=longer)
     assert idle.kinds == (drag, gain)
     without = measure_module._leave_curves_out(idle, [1])
@@ -492,32 +494,6 @@ def test_a_curve_over_time_that_other_laws_can_do_without_is_not_needed(monkeypa
     assert [kind.name for kind in list_law_kinds(without.law_fit.fit.theta)] == [drag]
     assert not compute_lead(idle.law_fit.fit, without.law_fit.fit).is_real
     assert measure_module._list_idle_over_time(idle) == [1]
-
-
-def test_a_law_is_fitted_from_where_it_is_nothing(monkeypatch):
-    """Its errors begin as those of the fit without; finer knots keep the law's values."""
-    case, split = prepare_with({"cart_force_by_position": LAWS["cart_force_by_position"]})
-    begun = begin_without_laws(case, split, fit_own_parameters(case, split))
-    (candidate,) = [
-        ranked
-        for ranked in rank_curves(case, split, begun)
-        if ranked.curve.kind.name == "cart_force_by_position"
-    ]
-    starts = []
-    fit_laws = measure_module.fit_laws
-
-    def keep(case, split, start, curves, *about, **named):
-        law_fit = fit_laws(case, split, start, curves, *about, **named)
-        starts.append((curves[-1].get_values(start.theta), law_fit.values[-1]))
-        return law_fit
-
-    monkeypatch.setattr(measure_module, "fit_laws", keep)
-    monkeypatch.setattr(decisions, "LAW_MOST_EFFECTIVE", 0.0)  # always finer
-    measure_module.fit_longer(case, split, begun, candidate)
-    first, second = starts[:2]
-    assert not np.any(first[0])
-    assert len(second[0]) == 2 * len(first[1])
-    np.testing.assert_allclose(second[0][[0, -1]], first[1][[0, -1]])
 
 
 def test_nothing_is_measured_where_nothing_is_missing():
@@ -703,22 +679,38 @@ def test_a_level_of_dry_friction_is_a_name_where_the_level_hardly_varies(level_n
     assert list_bent(held, ["cart_coulomb_friction"]) == bent
 
 
+WINDOWS = 15
+CALM, WILD = np.full(WINDOWS, 1.0), np.where(np.arange(WINDOWS) % 2, 1.3, 0.8)
+
+
 @pytest.mark.parametrize(
-    ("simple", "rich", "has_names", "better"),
+    ("simple", "rich", "with_names", "without"),
     [
-        (3.0, 3.0, True, False),
-        (3.0, 3.01, True, False),
-        (3.0, 3.01, False, True),
-        (3.0, 4.0, True, True),
-        (4.0, 3.0, True, False),
+        (3.0 * CALM, 3.0 * CALM, False, True),
+        (3.0 * CALM, 3.01 * CALM, False, True),
+        (3.0 * CALM, 3.0 * WILD, False, True),
+        (3.0 * CALM, 4.0 * CALM, True, True),
+        (4.0 * CALM, 3.0 * CALM, False, False),
     ],
-    ids=["alike", "by chance", "by chance, no names", "surely", "worse"],
+    ids=["alike", "by little", "by chance", "surely", "worse"],
 )
-def test_names_stay_beside_laws_unless_whole_windows_run_better_without(
-    simple, rich, has_names, better
-):
-    def make_measured(size):
-        whole = replace(make_fit(make_errors(seed=1, size=size)), pieces=1)
+def test_names_stay_unless_whole_windows_run_better_without(simple, rich, with_names, without):
+    """Effects that are no names go unless whole windows run better with them."""
+
+    def make_measured(factors):
+        whole = make_fit(make_errors(seed=1, windows=WINDOWS) * factors[:, None])
         return SimpleNamespace(is_at_noise=False, over_whole_windows=whole)
 
-    assert is_better(make_measured(simple), make_measured(rich), has_names) is better
+    simple, rich = make_measured(simple), make_measured(rich)
+    assert is_better(simple, rich, has_names=True) is with_names
+    assert is_better(simple, rich, has_names=False) is without
+
+
+def test_whole_windows_are_run_with_what_short_windows_fitted():
+    case, split = prepare_with({"pole_torque_by_angle": LAWS["pole_torque_by_angle"]}, 20.0)
+    begun = begin_without_laws(case, split, fit_own_parameters(case, split))
+    whole = measure_module.Measured(case, split, begun).over_whole_windows
+    assert (begun.fit.pieces, whole.pieces) == (HORIZONS[0], 1)
+    assert len(whole.window_squares) == len(split.learn.begin)
+    np.testing.assert_array_equal(whole.theta, begun.fit.theta)
+    assert compute_power(whole.window_squares, whole.counts)[1] > begun.fit.power[1]

@@ -56,7 +56,7 @@ def compute_lead(rich: Fit, simple: Fit) -> Lead:
     spread = float(np.std(blocks, ddof=1)) / np.sqrt(len(blocks)) if len(blocks) > 1 else np.inf
     ahead = float(np.mean(gains)) / max(spread, 1e-12)
     likely = decisions.ACCEPT_LIKELIHOOD and _is_likely(rich, simple)
-    least = np.log([compute_least_ratio(misfit) for misfit in _compute_misfits(rich)])
+    least = np.log([_compute_least_ratio(misfit) for misfit in _compute_misfits(rich)])
     stands_out = bool(np.any(by_channel.mean(axis=0) >= least))
     return Lead(float(np.exp(np.mean(gains))), ahead, likely, stands_out)
 
@@ -67,7 +67,7 @@ def _compute_misfits(fit: Fit) -> Floats:
     return np.sqrt(power) / fit.noise
 
 
-def compute_least_ratio(misfit: float) -> float:
+def _compute_least_ratio(misfit: float) -> float:
     """Return the ratio of misfits by which a richer twin has to be ahead, however sure the lead.
 
     misfit: of the richer twin, in units of noise.

@@ -138,12 +138,10 @@ def solve(
 ) -> Solution:
     """Return the fit of the free parameters and of the windows' start states, from theta.
 
-    With no free parameters only the start states are fitted. Steps that do not improve are
-    shortened (Levenberg-Marquardt); parameters stay within their bounds, and the mass matrix
-    positive definite.
+    Without free parameters the start states alone are fitted. Steps that do not improve are
+    shortened (Levenberg-Marquardt). Bounds hold, and the mass matrix stays positive definite.
 
-    penalty: (parameters, parameters) that holds the parameters near 0, in their sizes; None for
-        none.
+    penalty: (parameters, parameters) that pulls the parameters, in their sizes, to 0; or None.
     known: the normal equations at theta and the start states, without the penalty; None where
         they are to be computed.
     least_gain: of an iteration, in nats a sample; a smaller gain ends the fit.
@@ -151,14 +149,10 @@ def solve(
     windows = problem.windows
     starts: Floats = (windows.start_states if start_states is None else start_states).copy()
     theta = keep_definite(theta.copy())
-    _, weights = gather(problem.signals, windows.begin, windows.samples)
-    counts = weights.sum(axis=1)
+    counts = gather(problem.signals, windows.begin, windows.samples)[1].sum(axis=1)
 
     def measure(theta: Floats, starts: Floats) -> tuple[Floats, float]:
-        """Return squared errors (windows, channels) and the cost."""
-        with np.errstate(all="ignore"):
-            errors = np.nan_to_num(compute_errors(problem, theta, starts), nan=OFF)
-            squares = np.sum(np.clip(errors, -OFF, OFF) ** 2, axis=1)
+        squares = _compute_squares(problem, theta, starts)
         restraint = measure_belief(free, theta) + measure_penalty(free, theta, penalty)
         return squares, compute_cost(problem, starts, squares, counts, restraint)
 
@@ -189,6 +183,13 @@ def solve(
         if gain < least_gain:
             return conclude(True, shift_system(system, free, before, theta))
     return conclude(False, None)
+
+
+def _compute_squares(problem: Problem, theta: Floats, starts: Floats) -> Floats:
+    """Return squared errors (windows, channels); a run that leaves all bounds counts as OFF."""
+    with np.errstate(all="ignore"):
+        errors = np.nan_to_num(compute_errors(problem, theta, starts), nan=OFF)
+        return np.asarray(np.sum(np.clip(errors, -OFF, OFF) ** 2, axis=1))
 
 
 def complete_system(problem: Problem, solution: Solution, free: tuple[Free, ...]) -> Solution:

@@ -14,22 +14,17 @@ from functools import cached_property
 import numpy as np
 
 from pendulum_sysid import decisions
-from pendulum_sysid.finding.judge import Lead, compute_lead, judge_over_whole_windows
+from pendulum_sysid.finding.judge import compute_lead, judge_over_whole_windows
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit_over_horizon
-from pendulum_sysid.fitting.gauss_newton import scale_values
-from pendulum_sysid.measuring.curve import Curve, find_slot, refine_knots
+from pendulum_sysid.measuring.curve import find_slot
+from pendulum_sysid.measuring.further_law import fit_longer
 from pendulum_sysid.measuring.halves import is_seen_in_halves
 from pendulum_sysid.measuring.naming import NamedCurve, name_curves
-from pendulum_sysid.measuring.penalised_fit import LawFit, fit_laws, list_all_free, list_parts
-from pendulum_sysid.measuring.ranking import Ranked, rank_curves, reduce_to_last
-from pendulum_sysid.measuring.smoothness import (
-    Smoothness,
-    choose_smoothness,
-)
+from pendulum_sysid.measuring.penalised_fit import LawFit, fit_laws
+from pendulum_sysid.measuring.ranking import rank_curves
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.laws.kind import Variable
-from pendulum_twin.laws.law import locate_on_knots, make_curve_matrix
 from pendulum_twin.parameter_vector import list_law_kinds, take_law_out
 
 Progress = Callable[[str], None]
@@ -50,7 +45,7 @@ class Measured:
 
     @cached_property
     def over_whole_windows(self) -> Fit:
-        """Return the fit with formulas, with its errors over whole windows left out."""
+        """Return the fit with formulas, with its errors over whole windows, nothing refitted."""
         return judge_over_whole_windows(self.case, self.split, self.named[0])
 
     @property
@@ -69,9 +64,9 @@ def measure_best_laws(
 ) -> Measured | None:
     """Return the fit with measured laws from the best start; None where no law helps for sure.
 
-    At the noise the best has the fewest laws; above the noise, the smaller errors over whole
-    windows left out. Where both err alike names stay: the twin may need them beside the laws, and
-    is asked (`names_beside_laws`). Effects that are no names do not.
+    At the noise the best has the fewest laws; above the noise whole windows decide
+    (`is_better`). Names that stay are asked whether the twin needs them beside the laws
+    (`names_beside_laws`).
 
     Runs take long steps while laws are tried; the laws that are kept are fitted with the twin's
     own steps. A curve over time whose formula is lost there goes: it would be played in the next
@@ -110,7 +105,7 @@ def is_better(simple: Measured, rich: Measured, has_names: bool) -> bool:
 
     Above the noise whole windows decide: over the short windows that laws are fitted to, an error
     that adds up counts little (a law in place of dry friction creeps from rest). Names stay unless
-    the fit without them is really ahead.
+    the fit without them is really ahead; other effects go unless the fit with them is.
 
     has_names: whether effects of the rich fit are names.
     """
@@ -118,8 +113,10 @@ def is_better(simple: Measured, rich: Measured, has_names: bool) -> bool:
         return len(simple.law_fit.curves) <= len(rich.law_fit.curves)
     if simple.is_at_noise != rich.is_at_noise:
         return simple.is_at_noise
-    lead = compute_lead(simple.over_whole_windows, rich.over_whole_windows)
-    return lead.is_real if has_names else lead.ratio >= 1.0
+    fewer, more = simple.over_whole_windows, rich.over_whole_windows
+    if has_names:
+        return compute_lead(fewer, more).is_real
+    return not compute_lead(more, fewer).is_real
 
 
 def measure_laws(
@@ -278,76 +275,3 @@ def _list_over_time(measured: Measured) -> list[int]:
     """Return which of the curves are over time."""
     curves = measured.law_fit.curves
     return [k for k, curve in enumerate(curves) if curve.kind.variable is Variable.TIME]
-
-
-def fit_longer(case: Case, split: Split, law_fit: LawFit, candidate: Ranked) -> LawFit:
-    """Return the fit with one law more; its smoothness is chosen again near where the fit ends.
-
-    The fit begins where the law is nothing: there its errors are those of the fit without.
-
-    Knots are doubled as long as the law's effective parameters are about as many: such a curve
-    cannot show all that the recording holds, and another recording asks between its knots (Wood,
-    Generalized Additive Models (2017), section 5.9).
-    """
-    curve, prior = candidate.curve, candidate.prior
-    theta = law_fit.fit.theta.copy()
-    curve.put(theta, np.zeros(len(curve.knots)))
-    start = replace(law_fit.fit, theta=theta)
-    while True:
-        curves, priors = (*law_fit.curves, curve), (*law_fit.priors, prior)
-        begun = fit_laws(
-            case,
-            split,
-            start,
-            curves,
-            priors,
-            law_fit.inflation,
-            least_gain=decisions.LAW_FIRST_GAIN,
-        )
-        priors = tuple(_choose_again(case, begun, k) for k in range(len(curves)))
-        asks = priors[-1].effective > decisions.LAW_MOST_EFFECTIVE * len(curve.knots)
-        finer = refine_knots(curve) if asks else None
-        if finer is None:
-            break
-        start, prior = _refine(begun, finer, priors[-1])
-        curve = finer
-    longer = fit_laws(case, split, begun.fit, curves, priors, begun.inflation, begun.system)
-    lead: Lead = compute_lead(longer.fit, law_fit.fit)
-    return replace(longer, lead=lead)
-
-
-def _refine(begun: LawFit, finer: Curve, prior: Smoothness) -> tuple[Fit, Smoothness]:
-    """Return the fit with its last law on finer knots, and the smoothness there.
-
-    prior: on the knots of the fit.
-    """
-    curve, theta = begun.curves[-1], begun.fit.theta.copy()
-    (steps,) = np.diff(locate_on_knots(curve.kind, finer.knots, curve.knots[:2]))
-    spread = make_curve_matrix(curve.kind, curve.knots, finer.knots)
-    if curve.kind.remembers:
-        spread = spread / steps  # each element has its share of what slips
-    finer.put(theta, spread @ begun.values[-1])
-    return replace(begun.fit, theta=theta), replace(prior, length=prior.length * steps)
-
-
-def _choose_again(case: Case, law_fit: LawFit, which: int) -> Smoothness:
-    """Return the smoothness of one law of a fit, chosen where the fit ended."""
-    assert law_fit.system is not None
-    curves, theta = law_fit.curves, law_fit.fit.theta
-    free = list_all_free(case, law_fit.fit.effects, theta, curves)
-    parts = list_parts(len(free), curves)
-    order = [k for k in range(len(curves)) if k != which] + [which]
-    columns = [
-        *range(parts[0].start),
-        *(c for k in order for c in range(*parts[k].indices(len(free)))),
-    ]
-    matrix, gradient = reduce_to_last(
-        law_fit.system.pick(columns),
-        scale_values([free[c] for c in columns], theta),
-        [curves[k] for k in order],
-        [law_fit.priors[k] for k in order[:-1]],
-        law_fit.inflation,
-    )
-    curve = curves[which]
-    values = curve.get_values(theta) / curve.size
-    return choose_smoothness(curve, matrix, gradient + matrix @ values, law_fit.inflation)

@@ -11,8 +11,9 @@ from pendulum_sysid import decisions
 from pendulum_sysid.finding.effect_forces import EffectForces
 from pendulum_sysid.finding.judge import compute_lead
 from pendulum_sysid.measuring.curve import LEVELS, PARTS, Curve
+from pendulum_sysid.measuring.further_law import fit_longer
 from pendulum_sysid.measuring.halves import is_seen_in_halves
-from pendulum_sysid.measuring.measure import Measured, fit_longer
+from pendulum_sysid.measuring.measure import Measured
 from pendulum_sysid.measuring.penalised_fit import LawFit, fit_laws
 from pendulum_sysid.measuring.ranking import step_to_curves
 from pendulum_sysid.records import Fit

@@ -86,14 +86,7 @@ def fit_laws(
     own = len(free) - sum(len(curve.knots) for curve in curves)
     precision = make_penalty(own, curves, priors, inflation)
     begun = solve(
-        problem,
-        start.theta,
-        free,
-        start.start_states,
-        ITERATIONS,
-        precision,
-        known,
-        least_gain,
+        problem, start.theta, free, start.start_states, ITERATIONS, precision, known, least_gain
     )
     solved = complete_system(problem, begun, free)
     system = solved.system

@@ -35,7 +35,10 @@ from pendulum_twin.parameter_vector import list_law_kinds
 
 @dataclass(frozen=True)
 class Ranked:
-    """Hold a curve that may explain what remains, and its prior, whose evidence ranks it."""
+    """Hold a curve that may explain what remains.
+
+    prior: chosen for the curve to first order; its evidence ranks the curve.
+    """
 
     curve: Curve
     prior: Smoothness
@@ -105,7 +108,7 @@ def _begin_trial(case: Case, split: Split, law_fit: LawFit) -> _Trial:
 
 
 def _try_curve(trial: _Trial, curve: Curve) -> tuple[Ranked, System] | None:
-    """Return a curve by one linearised step, and the normal equations with it.
+    """Return a curve with its prior, chosen to first order, and the normal equations with it.
 
     None where the recording is not likelier with it.
     """
