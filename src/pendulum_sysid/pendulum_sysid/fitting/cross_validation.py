@@ -20,7 +20,6 @@ from pendulum_sysid.fitting.gauss_newton import (
     compute_misfit,
     measure_belief,
     measure_penalty,
-    penalise,
     take_step,
 )
 from pendulum_sysid.fitting.linearised import FAR, System, linearise
@@ -121,8 +120,7 @@ def fit_without(
     damping: of the step, see `DAMPINGS`.
     """
     others = replace(system, normals=system.normals[~left_out], scores=system.scores[~left_out])
-    pulled = penalise(others, known.theta, free, penalty)
-    return take_step(pulled, known.theta, known.start_states, free, damping)
+    return take_step(others, known.theta, known.start_states, free, damping, penalty)
 
 
 def _fit_starts(

@@ -110,22 +110,6 @@ def scale_values(free: Sequence[Free], theta: Floats) -> Floats:
     return np.array([parameter.get(theta) / parameter.size for parameter in free])
 
 
-def penalise(
-    system: System, theta: Floats, free: tuple[Free, ...], penalty: Floats | None
-) -> System:
-    """Return normal equations with the pull of a penalty towards 0 added to them.
-
-    penalty: (parameters, parameters) in the parameters' sizes; None for none.
-    """
-    if penalty is None:
-        return system
-    return replace(
-        system,
-        normals=np.concatenate([system.normals, penalty[None]]),
-        scores=np.concatenate([system.scores, -(penalty @ scale_values(free, theta))[None]]),
-    )
-
-
 def solve(
     problem: Problem,
     theta: Floats,
@@ -168,9 +152,8 @@ def solve(
     for _ in range(iterations):
         system = known or linearise(problem, theta, starts, free, compute_power(squares, counts))
         known = None
-        pulled = penalise(system, theta, free, penalty)
         while True:
-            new_theta, new_starts = take_step(pulled, theta, starts, free, damping)
+            new_theta, new_starts = take_step(system, theta, starts, free, damping, penalty)
             new_squares, new_cost = measure(new_theta, new_starts)
             if new_cost < cost or damping > 1e4:
                 break
@@ -216,9 +199,21 @@ def shift_system(system: System, free: tuple[Free, ...], before: Floats, after: 
 
 
 def take_step(
-    system: System, theta: Floats, start_states: Floats, free: tuple[Free, ...], damping: float
+    system: System,
+    theta: Floats,
+    start_states: Floats,
+    free: tuple[Free, ...],
+    damping: float,
+    penalty: Floats | None = None,
 ) -> tuple[Floats, Floats]:
-    """Return theta and start states after one damped step, parameters within their bounds."""
+    """Return theta and start states after one damped step, parameters within their bounds.
+
+    penalty: (parameters, parameters) that pulls the parameters, in their sizes, to 0; or None.
+    """
+    whole_normal, gradient = system.normal, system.gradient
+    if penalty is not None:
+        whole_normal = whole_normal + penalty
+        gradient = gradient - penalty @ scale_values(free, theta)
     values = np.array([parameter.get(theta) for parameter in free])
     sizes = np.array([parameter.size for parameter in free])
     low, high = (
@@ -228,9 +223,9 @@ def take_step(
     step = np.zeros(len(free))
     loose = np.ones(len(free), dtype=bool)
     for _ in range(len(free)):
-        normal = system.normal[np.ix_(loose, loose)]
+        normal = whole_normal[np.ix_(loose, loose)]
         diagonal = np.diag(normal) + 1e-12
-        remainder = system.gradient[loose] - system.normal[np.ix_(loose, ~loose)] @ step[~loose]
+        remainder = gradient[loose] - whole_normal[np.ix_(loose, ~loose)] @ step[~loose]
         step[loose] = np.linalg.lstsq(
             normal + damping * np.diag(diagonal), remainder, rcond=1e-13
         )[0]

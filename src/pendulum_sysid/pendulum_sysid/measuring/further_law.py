@@ -19,9 +19,14 @@ from pendulum_twin.laws.law import locate_on_knots, make_curve_matrix
 
 
 def fit_longer(case: Case, split: Split, law_fit: LawFit, candidate: Ranked) -> LawFit:
-    """Return the fit with one law more; smoothness is chosen again where a first fit settles.
+    """Return the fit with one law more, with its lead over the fit without."""
+    return finish_longer(case, split, begin_longer(case, split, law_fit, candidate), law_fit)
 
-    The first fit begins where the law is nothing, with the errors of the fit without the law.
+
+def begin_longer(case: Case, split: Split, law_fit: LawFit, candidate: Ranked) -> LawFit:
+    """Return the first fit with one law more; its smoothness is chosen where it has settled.
+
+    The fit begins where the law is nothing, with the errors of the fit without the law.
 
     Knots are doubled as long as the law's effective parameters are about as many: such a curve
     cannot show all that the recording holds, and another recording asks between its knots (Wood,
@@ -46,11 +51,20 @@ def fit_longer(case: Case, split: Split, law_fit: LawFit, candidate: Ranked) -> 
         is_full = priors[-1].effective > decisions.LAW_MOST_EFFECTIVE * len(curve.knots)
         finer = refine_knots(curve) if is_full else None
         if finer is None:
-            break
+            return replace(begun, priors=priors)
         start, prior = _refine(begun, finer, priors[-1])
         curve = finer
-    longer = fit_laws(case, split, begun.fit, curves, priors, begun.inflation, begun.system)
-    lead: Lead = compute_lead(longer.fit, law_fit.fit)
+
+
+def finish_longer(case: Case, split: Split, begun: LawFit, shorter: LawFit) -> LawFit:
+    """Return the fit with one law more, from its first fit (`begin_longer`), with its lead.
+
+    shorter: the fit without the law.
+    """
+    longer = fit_laws(
+        case, split, begun.fit, begun.curves, begun.priors, begun.inflation, begun.system
+    )
+    lead: Lead = compute_lead(longer.fit, shorter.fit)
     return replace(longer, lead=lead)
 
 
@@ -80,7 +94,8 @@ def _choose_again(case: Case, law_fit: LawFit, which: int) -> Smoothness:
         *(c for k in order for c in range(*parts[k].indices(len(free)))),
     ]
     matrix, gradient = reduce_to_last(
-        law_fit.system.pick(columns),
+        law_fit.system.normal[np.ix_(columns, columns)],
+        law_fit.system.gradient[columns],
         scale_values([free[c] for c in columns], theta),
         [curves[k] for k in order],
         [law_fit.priors[k] for k in order[:-1]],

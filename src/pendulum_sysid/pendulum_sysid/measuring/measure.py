@@ -18,7 +18,7 @@ from pendulum_sysid.finding.judge import compute_lead, judge_over_whole_windows
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit_over_horizon
 from pendulum_sysid.measuring.curve import find_slot
-from pendulum_sysid.measuring.further_law import fit_longer
+from pendulum_sysid.measuring.further_law import begin_longer, finish_longer
 from pendulum_sysid.measuring.halves import is_seen_in_halves
 from pendulum_sysid.measuring.naming import NamedCurve, name_curves
 from pendulum_sysid.measuring.penalised_fit import LawFit, fit_laws
@@ -194,32 +194,45 @@ def begin_without_laws(case: Case, split: Split, start: Fit) -> LawFit:
 
 
 def _add_law(measured: Measured, report: Progress, most_waiting: int) -> Measured | None:
-    """Return the fit with the law that helps most; None where none helps for sure."""
+    """Return the fit with the law that helps most; None where none helps for sure.
+
+    The likeliest laws get a first fit. The best of these first fits is finished, the next where
+    that law is not kept. A first fit at the noise is finished before another law is tried.
+    """
     case, split, law_fit = measured.case, measured.split, measured.law_fit
+
+    def finish(begun: LawFit) -> Measured | None:
+        longer = Measured(case, split, finish_longer(case, split, begun, law_fit))
+        return longer if _is_kept(longer, law_fit, most_waiting) else None
+
     ranked = rank_curves(case, split, law_fit)
-    kept: list[Measured] = []
+    tried: list[LawFit] = []
     for candidate in ranked[: decisions.LAWS_REFITTED]:
         if candidate.prior.evidence < decisions.LAW_EVIDENCE_SHARE * ranked[0].prior.evidence:
             break
         try:
-            longer = fit_longer(case, split, law_fit, candidate)
+            begun = begin_longer(case, split, law_fit, candidate)
         except np.linalg.LinAlgError:
             continue
         report(
             f"{candidate.curve.kind.name}: misfit {law_fit.fit.choose:.2f} becomes "
-            f"{longer.fit.choose:.2f} ({candidate.prior.evidence:.0f} nats)"
+            f"{begun.fit.choose:.2f} ({candidate.prior.evidence:.0f} nats)"
         )
-        if longer.lead is not None and longer.lead.is_real:
-            kept.append(Measured(case, split, longer))
-            at_noise = longer.fit.choose <= decisions.MISFIT_AT_NOISE
-            if at_noise and _is_kept(kept[-1], law_fit, most_waiting):
-                return kept[-1]
-    ordered = sorted(kept, key=lambda tried: tried.law_fit.fit.choose)
-    return next((tried for tried in ordered if _is_kept(tried, law_fit, most_waiting)), None)
+        if begun.fit.choose <= decisions.MISFIT_AT_NOISE:
+            longer = finish(begun)
+            if longer is not None:
+                return longer
+        else:
+            tried.append(begun)
+    ordered = sorted(tried, key=lambda begun: begun.fit.choose)
+    return next((longer for longer in map(finish, ordered) if longer is not None), None)
 
 
 def _is_kept(longer: Measured, shorter: LawFit, most_waiting: int) -> bool:
-    """Return whether the last law, which leads, holds in both halves and is of the rig."""
+    """Return whether the last law leads, holds in both halves and is of the rig."""
+    lead = longer.law_fit.lead
+    if lead is None or not lead.is_real:
+        return False
     lasts = is_seen_in_halves(longer.case, longer.split, longer.law_fit, shorter)
     return lasts and _is_of_rig(longer, most_waiting)
 

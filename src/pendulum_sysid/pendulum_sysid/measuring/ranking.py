@@ -120,7 +120,9 @@ def _try_curve(trial: _Trial, curve: Curve) -> tuple[Ranked, System] | None:
     system = assemble(problem, start.start_states, trial.errors, added)
     values = scale_values((*trial.own, *knots), theta)
     curves = (*law_fit.curves, curve)
-    matrix, gradient = reduce_to_last(system, values, curves, law_fit.priors, law_fit.inflation)
+    matrix, gradient = reduce_to_last(
+        system.normal, system.gradient, values, curves, law_fit.priors, law_fit.inflation
+    )
     prior = choose_smoothness(curve, matrix, gradient, law_fit.inflation)
     return (Ranked(curve, prior), system) if prior.evidence >= decisions.LAW_LEAST_NATS else None
 
@@ -142,7 +144,8 @@ def _make_whole_precision(
 
 
 def reduce_to_last(
-    system: System,
+    normal: Floats,
+    gradient: Floats,
     values: Floats,
     curves: Sequence[Curve],
     priors: Sequence[Smoothness],
@@ -150,10 +153,11 @@ def reduce_to_last(
 ) -> tuple[Floats, Floats]:
     """Return matrix and gradient of the last curve's values, all else following.
 
-    system: the normal equations of all free parameters, without priors.
+    normal, gradient: (parameters, parameters) and (parameters,) the normal equations of all free
+        parameters, without priors.
     values: (parameters,) where they were computed, in the parameters' sizes.
     priors: of all curves but the last.
     """
     precision = _make_whole_precision(len(values), curves, priors, inflation)
     last = len(curves[-1].knots)
-    return eliminate(system.normal + precision, system.gradient - precision @ values, last)
+    return eliminate(normal + precision, gradient - precision @ values, last)
