@@ -3,12 +3,16 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
+from support.made_fits import make_fit
 from support.made_recordings import INTECO, made
 
 from pendulum_sysid import decisions
+from pendulum_sysid.finding.judge import compute_lead
 from pendulum_sysid.fitting.fit import fit_own_parameters
-from pendulum_sysid.measuring import further_law
+from pendulum_sysid.measuring import further_law, measure
 from pendulum_sysid.measuring.measure import begin_without_laws
+from pendulum_sysid.measuring.penalised_fit import LawFit
 from pendulum_sysid.measuring.ranking import rank_curves
 from pendulum_sysid.prepare import prepare
 from pendulum_twin.laws.law import Law, make_curve_matrix
@@ -51,3 +55,49 @@ def test_a_law_is_fitted_from_where_it_is_nothing(monkeypatch):
     assert len(many.knots) == 2 * len(few.knots)
     np.testing.assert_allclose(many.get_values(start.theta), spread @ coarse.values[-1])
     assert [gain for *_, gain in fits] == [decisions.LAW_FIRST_GAIN] * (len(fits) - 1) + [None]
+
+
+@pytest.mark.parametrize(
+    ("finished", "kept", "asked", "best"),
+    [
+        # the best first fit is finished, and the others are not
+        ({"a": 2.0}, ("a",), ["finish a", "ask a"], "a"),
+        # it errs more than the next, which is finished as well
+        ({"a": 5.0, "b": 3.5}, ("a", "b"), ["finish a", "finish b", "ask b"], "b"),
+        # what is not kept gives way to the next best
+        (
+            {"a": 5.0, "b": 3.5, "c": 6.0},
+            ("c",),
+            ["finish a", "finish b", "ask b", "finish c", "ask a", "ask c"],
+            "c",
+        ),
+        ({"a": 2.0, "b": 3.5, "c": 4.5}, (), None, None),
+    ],
+)
+def test_laws_are_finished_and_asked_best_first(finished, kept, asked, best, monkeypatch):
+    """Finishing takes as long as all before; a finished fit may err more than its first fit."""
+    begun = [_make_law_fit(name, left) for name, left in (("c", 4.0), ("a", 2.5), ("b", 3.0))]
+    done = []
+
+    def finish(case, split, law_fit, shorter):
+        name = law_fit.fit.effects[0]
+        done.append(f"finish {name}")
+        return _make_law_fit(name, finished[name], lead=compute_lead(law_fit.fit, law_fit.fit))
+
+    def keep(longer, shorter, most_waiting):
+        name = longer.law_fit.fit.effects[0]
+        done.append(f"ask {name}")
+        return name in kept
+
+    monkeypatch.setattr(measure, "finish_longer", finish)
+    monkeypatch.setattr(measure, "_is_kept", keep)
+    shorter = measure.Measured(None, None, _make_law_fit("", 9.0))
+    taken = measure._take_best(shorter, begun, 0)
+    assert (taken and taken.law_fit.fit.effects[0]) == best
+    assert asked is None or done == asked
+
+
+def _make_law_fit(name, left, lead=None):
+    """Return a fit that leaves so many units of noise."""
+    fit = make_fit(np.full((6, 2), left), (name,))
+    return LawFit(fit, (), (), (), (), 1.0, None, lead)

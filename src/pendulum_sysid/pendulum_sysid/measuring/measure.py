@@ -1,8 +1,9 @@
 """Measure laws where physics has no name: rank all kinds, fit the best, keep what the judge keeps.
 
 Every kind of law that the recording can show is tried by a score test: one linearised step, the
-rig and all effects following, with the curve's own smoothness. The likeliest few are fitted in
-full. A law stays if windows left out are better for it, as for a name.
+rig and all effects following, with the curve's own smoothness. The likeliest few get a first fit,
+and the best of these are fitted to their end. A law stays if windows left out are better for it,
+as for a name.
 """
 
 from __future__ import annotations
@@ -226,7 +227,7 @@ def _add_law(measured: Measured, report: Progress, most_waiting: int) -> Measure
 def _take_best(measured: Measured, tried: list[LawFit], most_waiting: int) -> Measured | None:
     """Return the best of the fits with a law more that is kept; None where none is.
 
-    tried: first fits and finished fits, which have a lead. Finishing a fit takes as long as all
+    tried: first fits, and finished fits, which have a lead. Finishing a fit takes as long as all
         before, and seldom changes which is best.
     """
     case, split, shorter = measured.case, measured.split, measured.law_fit
