@@ -72,6 +72,8 @@ def test_a_law_is_fitted_from_where_it_is_nothing(monkeypatch):
             "c",
         ),
         ({"a": 2.0, "b": 3.5, "c": 4.5}, (), None, None),
+        # a fit that nothing fixes cannot be finished
+        ({"a": None, "b": 3.5}, ("b",), ["finish a", "finish b", "ask b"], "b"),
     ],
 )
 def test_laws_are_finished_and_asked_best_first(finished, kept, asked, best, monkeypatch):
@@ -82,6 +84,8 @@ def test_laws_are_finished_and_asked_best_first(finished, kept, asked, best, mon
     def finish(case, split, law_fit, shorter):
         name = law_fit.fit.effects[0]
         done.append(f"finish {name}")
+        if finished[name] is None:
+            raise np.linalg.LinAlgError
         return _make_law_fit(name, finished[name], lead=compute_lead(law_fit.fit, law_fit.fit))
 
     def keep(longer, shorter, most_waiting):

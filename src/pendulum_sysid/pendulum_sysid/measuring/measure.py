@@ -9,6 +9,7 @@ as for a name.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -214,13 +215,12 @@ def _add_law(measured: Measured, report: Progress, most_waiting: int) -> Measure
             f"{candidate.curve.kind.name}: misfit {law_fit.fit.choose:.2f} becomes "
             f"{begun.fit.choose:.2f} ({candidate.prior.evidence:.0f} nats)"
         )
-        tried.append(begun)
         if begun.fit.choose <= decisions.MISFIT_AT_NOISE:
-            longer = finish_longer(case, split, begun, law_fit)
-            tried[-1] = longer
-            at_noise = longer.fit.choose <= decisions.MISFIT_AT_NOISE
-            if at_noise and _is_kept(Measured(case, split, longer), law_fit, most_waiting):
-                return Measured(case, split, longer)
+            longer = _take_best(measured, [begun], most_waiting)
+            if longer is not None:
+                return longer
+        else:
+            tried.append(begun)
     return _take_best(measured, tried, most_waiting)
 
 
@@ -235,7 +235,8 @@ def _take_best(measured: Measured, tried: list[LawFit], most_waiting: int) -> Me
         best = min(tried, key=lambda law_fit: law_fit.fit.choose)
         tried = [law_fit for law_fit in tried if law_fit is not best]
         if best.lead is None:
-            tried.append(finish_longer(case, split, best, shorter))
+            with suppress(np.linalg.LinAlgError):
+                tried.append(finish_longer(case, split, best, shorter))
             continue
         longer = Measured(case, split, best)
         if _is_kept(longer, shorter, most_waiting):
