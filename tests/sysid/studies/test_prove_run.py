@@ -22,9 +22,10 @@ from pendulum_sysid.studies.proof.plan import Plan, claim_folder
 from pendulum_sysid.studies.proof.read_trial import read_trial
 from pendulum_sysid.studies.proof.record_trial import locate_trial
 from pendulum_sysid.studies.proof.records import NamesOutcome
-from pendulum_sysid.studies.proof.rivals import RIVALS, find_rival, sparse_regression
+from pendulum_sysid.studies.proof.rivals import RIVALS, all_at_once, find_rival, sparse_regression
 from pendulum_sysid.studies.proof.rivals.ground import Ground
 from pendulum_sysid.studies.proof.workers import examine_trials
+from pendulum_twin.effects import BY_NAME
 from pendulum_twin.errors import BadInputError
 
 COULOMB = {"cart_coulomb_friction": {"level_n": 0.5}}
@@ -78,13 +79,22 @@ def test_sparse_regression_finds_plain_friction(ground: Ground) -> None:
     assert {"cart_coulomb_friction", "cart_stribeck_friction"} & set(named)
 
 
-def test_one_fit_of_all_terms_finds_an_effect_that_no_other_term_looks_like(
-    tmp_path: Path,
+def test_one_fit_of_all_terms_finds_an_effect_among_terms_that_the_recording_tells_apart(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of the kinds of the cart's friction it names none or any, by a rounding."""
+    """Of the whole catalogue it names none or any: a change of 1e-12 at the start decides."""
+    terms = (
+        "cart_coulomb_friction",
+        "cart_quadratic_drag",
+        "rail_tilt",
+        "pole_coulomb_friction",
+        "pole_quadratic_drag",
+        "angle_offset",
+    )
+    monkeypatch.setattr(all_at_once, "list_terms", lambda ground: [BY_NAME[n] for n in terms])
     write_trial(tmp_path, {"pole_coulomb_friction": {"level_n_m": 0.002}}, seed=1, seconds=18.0)
     named = find_rival("all_at_once").name_effects(prepare_ground(read_trial(tmp_path)))
-    assert "pole_coulomb_friction" in named
+    assert named == ("pole_coulomb_friction",)
 
 
 def test_a_rival_that_breaks_off_is_an_answer(
