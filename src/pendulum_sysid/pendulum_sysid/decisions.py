@@ -333,6 +333,7 @@ DOUBT_BY_UNNAMED = True  # on or off; intervals hold what effects without a name
 BEGIN_WITH_SUBSETS = True  # on or off; ... and begins with sets that help only together
 CONFIRM_LONG_HORIZON = True  # on or off; what long windows add must show over short ones
 ACCEPT_LIKELIHOOD = True  # on or off; an effect in a few windows may win by likelihood
+ACCEPT_STEADY = True  # on or off; a sure lead, however small, of an effect that is steady
 CHECK_SHAPES = True  # on or off; doubt a name whose law has another shape
 CHECK_OUTWEIGHED = True  # on or off; doubt names that one missing force outweighs
 CHECK_SLIGHT = True  # on or off; doubt names that explain little over whole windows

@@ -38,8 +38,8 @@ from pendulum_sysid.fitting.latent_force import measure_latent_force
 from pendulum_sysid.fitting.noise_floor import NoiseFloor, measure_noise_floor
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
-from pendulum_sysid.measuring.dry_start import keep_dry_friction
 from pendulum_sysid.measuring.law_parts import give_parts_back
+from pendulum_sysid.measuring.law_start import begin_laws
 from pendulum_sysid.measuring.measure import Measured, measure_best_laws
 from pendulum_sysid.measuring.names_beside_laws import (
     is_part_of_law,
@@ -179,11 +179,9 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
         return findings
     case = findings.case
     progress(Stage.LAWS)
-    starts = (
-        (keep_dry_friction(findings.base, findings.best), findings.best)
-        if unnamed
-        else (findings.best,)
-    )
+    shown = {e.effect for e in (*findings.named, *findings.perhaps) if e.is_of_pole}
+    bare = begin_laws(findings.base, findings.best, shown)
+    starts = (bare, findings.best) if unnamed else (findings.best,)
     has_names = any(is_motion_effect(effect.effect) for effect in findings.named)
     measured = measure_best_laws(case, split, starts, has_names, progress)
     if measured is None:

@@ -130,7 +130,7 @@ def test_what_the_pole_said_by_itself_is_taken_back() -> None:
     search = search_hidden({"position_scale": {"ratio": -0.3}}, 1)
     base = fit_parameters_alone(search)
     spring = take_steps(search, base, ("pole_spring",))["pole_spring"]
-    believed = Explanation(spring, PoleAnswer(search, base, spring))
+    believed = Explanation(spring, PoleAnswer(search, base, spring, ()))
     assert believed.expected == ("pole_spring",)
     end = begin_otherwise(search, base, [], believed)
     assert end.fit.effects == ("position_scale",)

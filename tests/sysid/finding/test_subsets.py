@@ -2,6 +2,7 @@
 
 from support.hidden_physics import HIDDEN, INTECO, record_hidden
 
+from pendulum_sysid import decisions
 from pendulum_sysid.finding.journal import Search
 from pendulum_sysid.finding.subsets import find_subsets
 from pendulum_sysid.fitting.fit import HORIZONS, fit
@@ -29,7 +30,7 @@ def search_hidden(names: tuple[str, ...], seed: int) -> tuple[Search, Fit]:
 def test_several_effects_are_found_at_once_and_their_fit_ends_near_the_noise() -> None:
     """To first order a delay looks like a lag, and an offset of the angle like a scale."""
     search, base = search_hidden(TOGETHER, 3)
-    subsets = find_subsets(search, base)
+    subsets = find_subsets(search, base, decisions.SUBSET_EFFECTS)
     alike = ({"input_delay", "motor_lag"}, DRY_FRICTIONS, {"angle_offset", "angle_scale"})
     assert all(set(subset.effects) & names for subset in subsets for names in alike)
     fits = [search.fit_effects(subset.effects, base, subset.theta) for subset in subsets]
@@ -38,11 +39,12 @@ def test_several_effects_are_found_at_once_and_their_fit_ends_near_the_noise() -
 
 def test_no_set_holds_an_effect_beside_an_effect_that_contains_it() -> None:
     search, base = search_hidden(TOGETHER, 4)
-    for subset in find_subsets(search, base):
+    for subset in find_subsets(search, base, decisions.SUBSET_EFFECTS):
         for name in subset.effects:
             assert not set(BY_NAME[name].simpler) & set(subset.effects)
 
 
 def test_where_nothing_is_missing_no_set_gains_much() -> None:
     search, base = search_hidden((), 5)
-    assert all(subset.gain < 10.0 for subset in find_subsets(search, base))
+    subsets = find_subsets(search, base, decisions.SUBSET_EFFECTS)
+    assert all(subset.gain < 10.0 for subset in subsets)

@@ -9,7 +9,8 @@ from collections.abc import Sequence
 
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.journal import Search
-from pendulum_sysid.finding.judge import choose_simplest, compute_lead, is_needed
+from pendulum_sysid.finding.judge import choose_simplest, compute_lead
+from pendulum_sysid.finding.need import needs_effect
 from pendulum_sysid.finding.propose import Proposal, propose
 from pendulum_sysid.records import Fit
 from pendulum_twin.effects import BY_NAME
@@ -49,7 +50,7 @@ def find_steps(search: Search, best: Fit) -> list[Fit]:
         if any(step.effects[-1] in list_contained(proposal, proposals) for step in good):
             continue
         fits.append(search.fit_effects(proposal.effects, best, proposal.theta))
-        if is_needed(fits[-1], best, proposal.effect):
+        if needs_effect(search, fits[-1], best, proposal.effect):
             good.append(fits[-1])
     kept = choose_simplest(good) if good else None
     for candidate in fits:

@@ -49,11 +49,13 @@ class Search:
     case: the recording and the twin to start from.
     split: windows to fit on, to choose on and to judge on.
     journal: the fits tried so far.
+    is_pole_alone: whether the case is the pole by itself, its axis moved as recorded.
     """
 
     case: Case
     split: Split
     journal: Journal = field(default_factory=Journal)
+    is_pole_alone: bool = False
 
     def fit_effects(self, effects: tuple[str, ...], start: Fit, theta: Floats) -> Fit:
         """Return the best fit of these effects, over the horizon of another fit.

@@ -37,10 +37,14 @@ class Lead:
 
     @property
     def is_real(self) -> bool:
-        """Return whether the lead is more than chance."""
+        """Return whether the lead is more than chance, and large beside what is left."""
+        return (self.is_sure and self.stands_out) or self.likely
+
+    @property
+    def is_sure(self) -> bool:
+        """Return whether the lead is more than chance, however much is left."""
         by_windows = self.standard_errors >= decisions.LEAD_STANDARD_ERRORS
-        by_size = self.ratio >= decisions.LEAD_MISFIT_RATIO and self.stands_out
-        return (by_windows and by_size) or self.likely
+        return by_windows and self.ratio >= decisions.LEAD_MISFIT_RATIO
 
 
 def compute_lead(rich: Fit, simple: Fit) -> Lead:

@@ -43,6 +43,7 @@ class Named:
         remains counted in, holds the value at which the effect vanishes.
     is_cancelled: True where the fit leaves more than noise, and other effects nearly cancel the
         effect.
+    is_of_pole: True where the pole steadily shows the effect by itself.
     """
 
     effect: str
@@ -53,6 +54,7 @@ class Named:
     weight: float | None = None
     is_sure: bool = True
     is_cancelled: bool = False
+    is_of_pole: bool = False
 
     @property
     def is_lasting(self) -> bool:
@@ -86,7 +88,8 @@ def name_effects(
         if name in base.effects:
             named.append(Named(name, Lead(np.inf, np.inf)))
         elif pole is not None and name in pole.effects:
-            named.append(_exchange_and_compare(pole.search, pole.best, name))
+            shown = _exchange_and_compare(pole.search, pole.best, name)
+            named.append(replace(shown, is_of_pole=name in pole.steady))
         else:
             named.append(_exchange_and_compare(search, best, name))
     return tuple(named)

@@ -6,12 +6,14 @@ it.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.smooth_state import smooth_state
+from pendulum_sysid.finding.environments import measure_steadiness
 from pendulum_sysid.finding.growth import grow_set
 from pendulum_sysid.finding.journal import Journal, Search
 from pendulum_sysid.finding.pruning import prune_set
@@ -34,11 +36,13 @@ class PoleAnswer:
     search: on the pole's own case.
     base: its fit of constants alone.
     best: its fit with the effects that it needs.
+    steady: of these effects those of the same size wherever the pole is and however it moves.
     """
 
     search: Search
     base: Fit
     best: Fit
+    steady: tuple[str, ...]
 
     @property
     def effects(self) -> tuple[str, ...]:
@@ -62,21 +66,25 @@ def search_pole_alone(search: Search, base: Fit) -> PoleAnswer | None:
     report = search.journal.report
     report(Stage.POLE)
     journal = Journal(lambda line: report(f"the pole by itself: {line}"))
-    alone = Search(case, split_windows(case.signals, case.state), journal)
+    alone = Search(case, split_windows(case.signals, case.state), journal, is_pole_alone=True)
     values = {e: case.twin.effects[e] if BY_NAME[e].parameters else {} for e in given}
     theta = make_theta(replace(case.twin, effects=values))
     first = fit(case, alone.split, given, theta, base.pieces)
-    return PoleAnswer(alone, first, prune_set(alone, first.effects, grow_set(alone, first)))
+    best = prune_set(alone, first.effects, grow_set(alone, first))
+    added = [name for name in best.effects if name not in first.effects]
+    steadiness = measure_steadiness(case, alone.split, best) if added else {}
+    steady = tuple(name for name in added if name in steadiness and steadiness[name].is_steady)
+    return PoleAnswer(alone, first, best, steady)
 
 
-def add_pole_effects(search: Search, base: Fit, pole: PoleAnswer | None) -> Fit:
-    """Return the base with the effects that the pole shows by itself, fitted on the whole rig."""
-    if pole is None or not pole.effects:
+def add_pole_effects(search: Search, base: Fit, pole: Fit, names: Collection[str]) -> Fit:
+    """Return the base with some effects of the pole's fit, fitted on the whole rig."""
+    if not names:
         return base
     theta = base.theta.copy()
-    for name in pole.effects:
-        theta[SLOTS[name]] = pole.best.theta[SLOTS[name]]
-    return search.fit_effects((*base.effects, *pole.effects), base, theta)
+    for name in names:
+        theta[SLOTS[name]] = pole.theta[SLOTS[name]]
+    return search.fit_effects((*base.effects, *names), base, theta)
 
 
 def put_pole_on_moving_axis(case: Case, theta: Floats) -> Case | None:

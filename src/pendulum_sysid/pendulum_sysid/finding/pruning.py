@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from pendulum_sysid.finding.journal import Search
-from pendulum_sysid.finding.judge import is_needed
+from pendulum_sysid.finding.need import needs_effect
 from pendulum_sysid.finding.propose import hand_over
 from pendulum_sysid.records import Fit
 from pendulum_twin.arrays import Floats
@@ -29,7 +29,7 @@ def prune_set(
         simpler = [e for e in BY_NAME[name].simpler if e not in others]
         for effects in (others, *((*others, e) for e in simpler)):
             smaller = search.fit_effects(effects, best, exchange_effect(best, name, effects))
-            needed = is_needed(best, smaller, name, name in expected)
+            needed = needs_effect(search, best, smaller, name, name in expected)
             verdict = f"worse without {name}" if needed else f"as good without {name}"
             search.journal.note(smaller, verdict)
             if not needed:

@@ -114,7 +114,7 @@ def explain_misfit(search: Search, base: Fit) -> Explanation:
     """Return the base with what is missing: over a short horizon first, then over a long one."""
     pole = search_pole_alone(search, base)
     search.journal.report(Stage.GROWING)
-    start = add_pole_effects(search, base, pole)
+    start = add_pole_effects(search, base, pole.best, pole.effects) if pole else base
     steps = find_steps(search, start)
     grown = grow_set(search, steps[0]) if steps else start
     expected = pole.effects if pole is not None else ()
@@ -154,37 +154,46 @@ def begin_otherwise(
 def begin_with_subsets(search: Search, base: Fit, explanation: Explanation) -> Explanation:
     """Return what a search finds that begins with several effects at once, if that is better.
 
+    What the pole steadily shows by itself is part of every set.
+
     explanation: what the search so far found; returned where no other search is better, and where
         it ends at the noise.
     """
     if explanation.fit.choose <= decisions.MISFIT_AT_NOISE or not decisions.BEGIN_WITH_SUBSETS:
         return explanation
     search.journal.report(Stage.SUBSETS)
+    pole = explanation.pole if explanation.pole and explanation.pole.steady else None
+    shown = pole.steady if pole else ()
+    start = add_pole_effects(search, base, pole.best, shown) if pole else base
     best = explanation.fit
-    for subset in find_subsets(search, base):
-        fit = search.fit_effects(subset.effects, base, subset.theta)
+    for subset in find_subsets(search, start, decisions.SUBSET_EFFECTS - len(shown)):
+        fit = search.fit_effects(subset.effects, start, subset.theta)
         search.journal.note(fit, "begun with several effects at once")
         if compute_lead(fit, best).is_real:
             best = fit
     if best is explanation.fit:
         return explanation
-    return Explanation(prune_set(search, base.effects, grow_set(search, best)), None)
+    grown = grow_set(search, best)
+    return Explanation(prune_set(search, base.effects, grown, shown), pole)
 
 
 def extend_horizon(search: Search, base: Fit, explanation: Explanation) -> Explanation:
     """Return the explanation continued over the long horizon, where its fit is better.
 
-    Over a long horizon the errors of missing effects add up, too. Where that horizon ends above
-    the noise it may add effects to those of the short horizon, and takes no effect away.
+    Over a long horizon the errors of missing effects add up, too. What it adds must show over the
+    short horizon (`confirm_long`). Where it ends above the noise it takes no effect away.
     """
     search.journal.report(Stage.LONG)
     short, expected = explanation.fit, explanation.expected
-    grown = grow_set(search, search.fit_over_horizon(short, 1))
+    begun = search.fit_over_horizon(short, 1)
+    grown = grow_set(search, begun)
     if grown.choose <= decisions.MISFIT_AT_NOISE:
         long = prune_set(search, base.effects, grown, expected)
         return replace(explanation, fit=confirm_long(search, short, long))
     long, near = prune_set(search, short.effects, grown, expected), short
-    if long.effects != short.effects:
+    if confirm_long(search, short, long) is short:
+        long = begun
+    elif long.effects != short.effects:
         refitted = search.fit_over_horizon(long, short.pieces)
         near = prune_set(search, base.effects, refitted, expected)
     better = compute_lead(long, judge_over_whole_windows(search.case, search.split, near)).is_real

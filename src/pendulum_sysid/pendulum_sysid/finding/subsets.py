@@ -67,9 +67,10 @@ class Columns:
     scores: Floats
 
 
-def find_subsets(search: Search, fit: Fit) -> list[Subset]:
+def find_subsets(search: Search, fit: Fit, most: int) -> list[Subset]:
     """Return the sets that are worth a fit: the smallest that do as well as any, the best first.
 
+    most: effects that a set holds beyond those of the fit.
     fit: about which the cost is linearised; over a short horizon, on which runs depend nearly
         linearly on small effects.
     """
@@ -79,7 +80,7 @@ def find_subsets(search: Search, fit: Fit) -> list[Subset]:
         return []
     chosen: list[tuple[Ints, Floats, Floats]] = []
     kept: list[Ints] = [np.array([], dtype=np.int64)]
-    for size in range(1, decisions.SUBSET_EFFECTS + 1):
+    for size in range(1, most + 1):
         sets = _list_sets(columns, kept, size)
         if not len(sets):
             break

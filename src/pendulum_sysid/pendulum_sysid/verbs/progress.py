@@ -47,6 +47,10 @@ BEGINS = {
 # Where something has no name, measuring it takes so many times as long as all before: 0.6, 0.8 and
 # 9 times on the three rigs of that study that needed it. Its share counts anew.
 LAWS_FACTOR = 1.0
+# Laws that take longer are many. Half as long as they took so far is left then, and the share
+# stands where it would be if that were the whole.
+LAWS_LEFT = 0.5
+LAWS_NEARLY = (1.0 + LAWS_LEFT + LAWS_FACTOR) / ((1.0 + LAWS_LEFT) * (1.0 + LAWS_FACTOR))
 USUAL_S = 40.0  # of a whole diagnosis, before its own pace is known
 SHORTEST_S = 1e-3  # of any work; a pace of 0 s would leave no share
 TRUSTED_SHARE = 0.3  # done, after which the pace so far tells the rest
@@ -79,7 +83,7 @@ class Course:
         begin, end = self._span
         passed = self._clock() - self._entered
         if self._stage is Stage.LAWS:
-            return min((self._clock() - self._began) / self._pace_s, NEARLY)
+            return min((self._clock() - self._began) / self._pace_s, LAWS_NEARLY)
         return begin + min(passed / self._pace_s, NEARLY * (end - begin))
 
     @property
@@ -88,6 +92,9 @@ class Course:
         share = self.share
         if share is None:
             return None
+        if self._stage is Stage.LAWS:
+            now = self._clock()
+            return max(self._pace_s - (now - self._began), LAWS_LEFT * (now - self._entered))
         return self._pace_s * (1.0 - share)
 
     @property

@@ -1,11 +1,11 @@
-"""Laws begin beside the dry friction of the best fit, and beside no other effect of it."""
+"""Laws begin beside dry friction and what the pole shows, and beside no other effect."""
 
 from dataclasses import replace
 
 from support.made_recordings import INTECO, made
 
 from pendulum_sysid.fitting.fit import HORIZONS, fit
-from pendulum_sysid.measuring.dry_start import keep_dry_friction
+from pendulum_sysid.measuring.law_start import begin_laws
 from pendulum_sysid.measuring.measure import begin_without_laws
 from pendulum_sysid.prepare import prepare
 from pendulum_twin.model import Twin
@@ -20,7 +20,7 @@ def test_laws_begin_beside_the_dry_friction_of_the_best_fit_alone():
     case, split = prepared.case, prepared.split
     base = fit(case, split, (), make_theta(RIG), HORIZONS[0])
     best = fit(case, split, tuple(HIDDEN), base.theta, HORIZONS[0])
-    start = keep_dry_friction(base, best)
+    start = begin_laws(base, best, ())
     assert start.effects == ("cart_coulomb_friction",)
     begun = begin_without_laws(case, split, start).fit
     level = begun.estimates["cart_coulomb_friction.level_n"].value
@@ -33,10 +33,18 @@ def test_every_friction_that_holds_the_joint_everywhere_is_kept():
     base = fit(prepared.case, prepared.split, (), make_theta(RIG), HORIZONS[0])
     others = ("rail_friction_patch", "friction_warming", "cart_quadratic_drag", "rail_tilt")
     dry = ("cart_presliding_friction", "cart_load_friction", "pole_coulomb_friction")
-    assert keep_dry_friction(base, replace(base, effects=others + dry)).effects == dry
+    assert begin_laws(base, replace(base, effects=others + dry), ()).effects == dry
 
 
 def test_a_base_that_has_the_dry_friction_stays_as_it_is():
     prepared = prepare([made(RIG, 20.0, amplitude=0.25)], RIG)
     base = fit(prepared.case, prepared.split, ("cart_coulomb_friction",), make_theta(RIG), 1)
-    assert keep_dry_friction(base, base).effects == base.effects
+    assert begin_laws(base, base, ()).effects == base.effects
+
+
+def test_what_the_pole_shows_by_itself_is_kept():
+    prepared = prepare([made(RIG, 20.0, amplitude=0.25)], RIG)
+    base = fit(prepared.case, prepared.split, (), make_theta(RIG), HORIZONS[0])
+    best = replace(base, effects=("rail_tilt", "eccentric_encoder", "cart_coulomb_friction"))
+    shown = {"eccentric_encoder"}
+    assert begin_laws(base, best, shown).effects == ("eccentric_encoder", "cart_coulomb_friction")

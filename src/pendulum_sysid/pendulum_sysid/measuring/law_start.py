@@ -1,7 +1,12 @@
-"""Begin laws beside dry friction: no curve over the velocity holds a joint at rest."""
+"""Begin laws beside dry friction, and beside what the pole shows by itself.
+
+No curve over the velocity holds a joint at rest. What the pole shows by itself is there, whatever
+the rest of the twin lacks.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
 from pendulum_sysid.finding.detectors.steady_friction import FRICTION_FORMS
@@ -10,14 +15,17 @@ from pendulum_twin.effects import BY_NAME
 from pendulum_twin.parameter_vector import SLOTS
 
 
-def keep_dry_friction(base: Fit, best: Fit) -> Fit:
-    """Return a fit without names, from which laws begin, with the dry friction of the best fit.
+def begin_laws(base: Fit, best: Fit, shown: Collection[str]) -> Fit:
+    """Return a fit from which laws begin: without names, but for dry friction and what is shown.
+
+    shown: effects of the best fit that the pole shows by itself.
 
     A force over the velocity runs as well as dry friction while the joint moves, and creeps where
     dry friction holds the joint. Such a law is kept by most windows, and the twin runs away in a
     window that begins at rest.
     """
-    names = [e for e in best.effects if _is_dry(e) and e not in base.effects]
+    kept = [e for e in best.effects if e in shown or _is_dry(e)]
+    names = [e for e in kept if e not in base.effects]
     if not names:
         return base
     theta = base.theta.copy()
