@@ -169,10 +169,11 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     """Return the findings with measured laws for what no name explains, if laws help.
 
     Where names do not explain the errors, laws are tried without these names first, but beside
-    the dry friction of the best fit. A name that the laws leave without a sure size, or can do
-    without, is no name any more. Names and their shapes are asked again beside the laws, which
-    hold what disturbed them before. Laws with which the recording still does not look like its rig
-    go, where they explain no more than half of the error: they follow what is random.
+    the dry friction of the best fit and what the pole steadily shows by itself. A name that the
+    laws leave without a sure size, or can do without, is no name any more. Names and their shapes
+    are asked again beside the laws, which hold what disturbed them before. Laws with which the
+    recording still does not look like its rig go, where they explain no more than half of the
+    error: they follow what is random.
     """
     unnamed = decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE
     if not (decisions.MEASURE_LAWS and (unnamed or is_above_noise(findings))):
