@@ -47,8 +47,8 @@ BEGINS = {
 # Where something has no name, measuring it takes so many times as long as all before: 0.6, 0.8 and
 # 9 times on the three rigs of that study that needed it. Its share counts anew.
 LAWS_FACTOR = 1.0
-# Laws that take longer are many. Half as long as they took so far is left then, and the share
-# stands where it would be if that were the whole.
+# Laws that take longer are many. Half of the time that they took so far is then told as left: an
+# estimate, too short early and about right at the end (the INTECO minute). The share stands.
 LAWS_LEFT = 0.5
 LAWS_NEARLY = (1.0 + LAWS_LEFT + LAWS_FACTOR) / ((1.0 + LAWS_LEFT) * (1.0 + LAWS_FACTOR))
 USUAL_S = 40.0  # of a whole diagnosis, before its own pace is known
