@@ -53,7 +53,7 @@ OVER_POSITION = (
     "position_scale",
     "eccentric_pulley",
 )
-OVER_RATE = ("pole_coulomb_friction", "pole_quadratic_drag")
+OVER_RATE = ("pole_coulomb_friction", "pole_quadratic_drag", "angle_delay")
 OVER_TIME = (
     "gain_drift",
     "friction_warming",

@@ -17,8 +17,9 @@ from rows import Row, format_table
 from scipy.optimize import minimize
 
 from pendulum_twin import kernel
-from pendulum_twin.free_runs import run_freely, run_mechanics
+from pendulum_twin.free_runs import run_freely
 from pendulum_twin.laws.law import Law
+from pendulum_twin.mechanics import run_mechanics
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import BASE, make_theta
 from pendulum_twin.rig import Rig

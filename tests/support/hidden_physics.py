@@ -46,6 +46,7 @@ HIDDEN: dict[str, dict[str, float]] = {
     "pole_coulomb_friction": {"level_n_m": 0.001},
     "pole_quadratic_drag": {"n_m_s2": 2e-5},
     "pole_spring": {"n_m_per_rad": 0.002},
+    "angle_delay": {"delay_s": 0.007},
     "angle_offset": {"angle_rad": 0.03},
     "eccentric_encoder": {"sine_rad": 0.03, "cosine_rad": -0.02},
     "eccentric_pulley": {"ratio": 0.1, "period_m": 0.2, "phase_rad": 0.7},

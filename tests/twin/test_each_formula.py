@@ -426,6 +426,17 @@ def test_sensor_delay():
     np.testing.assert_allclose(late, true[:300], atol=1e-12)
 
 
+@pytest.mark.parametrize("delay_s", [0.0137, 0.03, 0.0007])
+def test_angle_delay(delay_s):
+    """From rest, the reported angle is that of so long ago, and the position that of now."""
+    command = np.concatenate([np.zeros(4), COMMAND])
+    late = run(THESIS, command, {"angle_delay": {"delay_s": delay_s}})
+    fine = run(THESIS, np.repeat(command, 100), period_s=1e-4)
+    then = np.maximum(np.round(100 * np.arange(len(command)) - delay_s / 1e-4), 0).astype(int)
+    np.testing.assert_allclose(late[:, [TH, W]], fine[then][:, [TH, W]], atol=1e-4)
+    np.testing.assert_allclose(late[:, [X, V]], fine[::100, [X, V]], atol=1e-9)
+
+
 def test_angle_scale():
     states = run(THESIS, COMMAND, {"angle_scale": {"ratio": 0.1}}, (0.0, 1.1 * 2.5, 0.2, 0.0))
     np.testing.assert_allclose(

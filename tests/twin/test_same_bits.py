@@ -8,7 +8,8 @@ from support.twin_rigs import CART_ALONE, POLE_ALONE, THESIS, recording, run, wi
 
 from pendulum_twin import kernel
 from pendulum_twin.block import PATH_SIZE
-from pendulum_twin.free_runs import run_drive, run_freely, run_mechanics
+from pendulum_twin.free_runs import run_drive, run_freely
+from pendulum_twin.mechanics import run_mechanics
 from pendulum_twin.model import Twin
 from pendulum_twin.motion import HELD_LAWS, LAW_SETS, NO_LAWS, PLAIN_LAWS
 from pendulum_twin.parameter_vector import make_theta

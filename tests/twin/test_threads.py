@@ -6,7 +6,7 @@ from numba.core import config
 from support.paths import CONFIG
 
 from pendulum_twin import kernel, threads
-from pendulum_twin.free_runs import run_mechanics
+from pendulum_twin.mechanics import run_mechanics
 from pendulum_twin.model import load_twin
 from pendulum_twin.parameter_vector import make_theta
 

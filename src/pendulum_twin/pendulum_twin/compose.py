@@ -127,17 +127,24 @@ def compute_memory_sizes(h: float) -> list[int]:
 def compose_sensors(undo: bool = False) -> Callable[..., Any]:
     """Return measure(x, v, th, w, t, p, active): true to measured state, x, v, th, w again.
 
+    An angle that is read late is where the pole's rate says that it was.
+
     undo: whether measured states become true states instead.
     """
     laws: dict[str, Callable[..., Any]] = {}
-    lines = []
-    effects = _list_effects(Form.MEASURE, tuple(Place))
+    effects, late = _list_effects(Form.MEASURE, tuple(Place)), []
+    lines: list[str] = []
+    for k, e in _list_effects(Form.LATE, tuple(Place)):
+        laws[e.name] = e.law
+        way = f"{'+' if undo else '-'}= {e.name}({', '.join(_list_arguments(e, ALONE))}) * w"
+        late += [f"if active[{k}]:", f"    th {way}"]
     for k, e in reversed(effects) if undo else effects:
         law = e.inverse if undo else e.law
         if law is not None:
             laws[e.name] = law
             arguments = ", ".join(["x, v, th, w, t", *_list_arguments(e, ALONE)])
             lines += [f"if active[{k}]:", f"    x, v, th, w = {e.name}({arguments})"]
+    lines = [*lines, *late] if undo else [*late, *lines]
     signature = "x, v, th, w, t, p, active"
     return _compile_text("measure", signature, [*lines, "return x, v, th, w"], laws)
 

@@ -16,16 +16,9 @@ from pendulum_twin.compose import KEPT, PATHS
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Form
 from pendulum_twin.equal_rows import group_equal_rows
-from pendulum_twin.laws.kind import REMEMBERING, SENSOR_ERRORS, Role
-from pendulum_twin.motion import (
-    ALL_LAWS,
-    CURVES,
-    HELD_LAWS,
-    HYSTERESIS,
-    NO_LAWS,
-    PLAIN_LAWS,
-    REACTING_LAWS,
-)
+from pendulum_twin.late_angle import FINEST_S, POLE, compute_delays, drop_delays, look_back
+from pendulum_twin.laws.kind import Role
+from pendulum_twin.mechanics import run_mechanics
 from pendulum_twin.parameter_vector import (
     BASE,
     LAWS,
@@ -39,32 +32,14 @@ from pendulum_twin.path_memory import (
     select_path_columns,
 )
 from pendulum_twin.reactions import (
-    REACTING,
     find_reacting_twins,
     react_to_recorded_path,
     select_reaction_columns,
 )
 from pendulum_twin.sensors import apply_reporting, apply_sensors, compute_paces, undo_sensors
 from pendulum_twin.signals import Signals
-from pendulum_twin.threads import share_among_threads
 
-# Masks over the catalogue: effects of the mechanics, laws that act evenly over a step, costly
-# laws, laws that can hold a joint.
-_MECHANICAL = np.array(
-    [
-        e.form in (Form.FORCE, Form.DRY, Form.DRY_RATIO, Form.HOLD, *compose.HELD_FORMS)
-        for e in CATALOGUE
-    ]
-)
-_HOLDING = np.array([e.form in compose.HELD_FORMS for e in CATALOGUE])
-_COSTLY = np.array([compose.is_costly(e) for e in CATALOGUE])
-_STICKING = np.array(
-    [e.form in (Form.DRY, Form.HOLD, Form.TIMED_FRICTION, Form.STATE_FRICTION) for e in CATALOGUE]
-)
 _FILTERING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form in (Form.FILTER, Form.CLOCK)]
-_DRY = (Role.CART_DRY, Role.POLE_DRY)
-_ELSEWHERE = (Role.COMMAND, *SENSOR_ERRORS)  # act in the passes of the drive and the sensors
-_HELD = tuple(r for r in Role if r not in (*_DRY, *REMEMBERING, *_ELSEWHERE))
 
 
 def run_freely(
@@ -102,9 +77,11 @@ def run_driven(
     sub = rows.shape[1] // len(signals)
     true = np.empty((len(begin), samples, 4))
     begin = np.asarray(begin, dtype=np.int64)
-    t = signals.clock_s[begin]
-    true_starts = undo_sensors(start_states, theta, t, set_of)
+    t, delays = signals.clock_s[begin], compute_delays(theta)[set_of]
+    in_time = drop_delays(theta) if np.any(delays) else theta
+    before = undo_sensors(start_states, in_time, t, set_of)
     path_memory = recall_paths(signals, drives, theta, set_of, begin)
+    true_starts = _lead_poles(signals, drives, theta, set_of, begin, before, path_memory, delays)
     for twins, own_set_of, lanes in _group_by_reaction(theta, set_of):
         out = true if isinstance(lanes, slice) else np.empty((len(lanes), samples, 4))
         run_mechanics(
@@ -122,8 +99,62 @@ def run_driven(
         )
         if out is not true:
             true[lanes] = out
+    late = np.flatnonzero(delays)
+    if len(late):
+        paces = compute_paces(theta)[set_of[late]]
+        true[late] = look_back(before[late], true[late], delays[late], signals.period_s, paces)
     times = t[:, None] + signals.period_s * np.arange(samples)
-    return apply_sensors(true, theta, times, set_of)
+    return apply_sensors(true, in_time, times, set_of)
+
+
+def _lead_poles(
+    signals: Signals,
+    drives: tuple[Floats, Ints],
+    theta: Floats,
+    set_of: Ints,
+    begin: Ints,
+    before: Floats,
+    path_memory: Floats,
+    delays: Floats,
+) -> Floats:
+    """Return true states (runs, 4) where runs begin, from a pole that was read late.
+
+    The twin itself tells where the pole has moved on to, as the command then drove it, from a cart
+    on its way with the velocity that it has. Before a stretch begins nothing drives it.
+
+    before: (runs, 4) true states, the pole's a delay ago; delays: (runs,) s.
+    path_memory: (runs, PATH_SIZE) at the start.
+    """
+    starts, (rows, row_of) = before, drives
+    sub = rows.shape[1] // len(signals)
+    firsts = np.array([part.start for part in signals.stretches])
+    first = firsts[np.searchsorted(firsts, begin, side="right") - 1] * sub
+    for delay_s in np.unique(delays[delays > FINEST_S]):
+        runs = np.flatnonzero(delays == delay_s)
+        steps = kernel.count_substeps(delay_s)
+        since_s = (np.arange(steps) + 0.5) / steps * delay_s - delay_s
+        at = begin[runs, None] * sub + np.floor(since_s * sub / signals.period_s).astype(np.int64)
+        known = at >= first[runs, None]
+        along = np.where(known, rows[row_of[set_of[runs]][:, None], np.maximum(at, 0)], 0.0)
+        drawn_back = before[runs].copy()
+        drawn_back[:, 0] -= delay_s * drawn_back[:, 2]
+        out, count = np.empty((len(runs), 2, 4)), np.arange(len(runs))
+        run_mechanics(
+            along,
+            count,
+            np.zeros(len(runs), dtype=np.int64),
+            np.round((signals.clock_s[begin[runs]] / delay_s - 1.0) * steps).astype(np.int64),
+            drawn_back,
+            theta,
+            delay_s / steps,
+            steps,
+            out,
+            set_of[runs],
+            path_memory[runs],
+        )
+        starts = starts.copy() if starts is before else starts
+        starts[np.ix_(runs, POLE)] = out[:, 1, POLE]
+    return starts
 
 
 def _group_by_reaction(theta: Floats, set_of: Ints) -> list[tuple[Floats, Ints, Ints | slice]]:
@@ -245,74 +276,3 @@ def _select_filter_columns(theta: Floats) -> Floats:
 def compute_memory_offsets(h: float) -> Ints:
     """Return where each filter's memory begins for substeps of h s, and the size of all."""
     return np.concatenate([[0], np.cumsum(compose.compute_memory_sizes(h))]).astype(np.int64)
-
-
-def run_mechanics(
-    drives: Floats,
-    drive_of: Ints,
-    begin: Ints,
-    first_step: Ints,
-    start_states: Floats,
-    theta: Floats,
-    h: float,
-    sub: int,
-    out: Floats,
-    set_of: Ints | None = None,
-    path_memory: Floats | None = None,
-) -> None:
-    """Call `kernel.integrate_lanes` with the least code that holds the effects of the lanes.
-
-    Lanes are independent: several threads share the blocks of lanes where the work is worth it.
-
-    theta: (sets, SIZE) the twins.
-    set_of: (lanes,) the twin of each lane; None where each lane has a twin of its own.
-    path_memory: (lanes, PATH_SIZE) what lanes remember of their paths at the start; afterwards at
-        the end. None: the path begins at the start.
-    """
-    code, lanes = select_kernel_code(theta), len(begin)
-    rows = np.arange(lanes) if set_of is None else set_of
-    if path_memory is None:
-        path_memory = np.zeros((lanes, PATH_SIZE))
-    drives, start_states, theta = map(np.ascontiguousarray, (drives, start_states, theta))
-
-    def integrate(part: slice) -> None:
-        kernel.integrate_lanes(
-            (0,) * (1 if lanes == 1 else kernel.WIDTH),
-            *code,
-            drives,
-            drive_of[part],
-            begin[part],
-            first_step[part],
-            start_states[part],
-            path_memory[part],
-            theta,
-            rows[part],
-            h,
-            sub,
-            out[part],
-        )
-
-    share_among_threads(integrate, lanes, out.shape[1] * sub)
-
-
-def select_kernel_code(
-    theta: Floats,
-) -> tuple[tuple[int, ...] | None, bool, tuple[int, ...] | None]:
-    """Return laws, dry and measured of `kernel.integrate_lanes`: the least code.
-
-    theta: (sets, SIZE).
-    """
-    on = find_active_effects(theta)
-    roles = {kind.role for kind in list_law_kinds(theta)}
-    sticks = not roles.isdisjoint(_DRY)
-    dry = bool(np.any(on & _STICKING)) or sticks
-    measured: tuple[int, ...] | None = CURVES if sticks or not roles.isdisjoint(_HELD) else None
-    if not roles.isdisjoint(REMEMBERING):
-        measured = HYSTERESIS
-    if np.any(on & REACTING):
-        return REACTING_LAWS, dry, measured
-    if not np.any(on & _MECHANICAL):
-        return PLAIN_LAWS if sticks else NO_LAWS, dry, measured
-    if np.any(on & _MECHANICAL & _COSTLY):
-        return ALL_LAWS, dry, measured
-    return HELD_LAWS if np.any(on & _HOLDING) else PLAIN_LAWS, dry, measured

@@ -17,9 +17,10 @@ from pendulum_twin.arrays import Floats, Ints
 from pendulum_twin.block import PATH_SIZE
 from pendulum_twin.encoders import EXACT, Encoders
 from pendulum_twin.equations import compile_inner
-from pendulum_twin.free_runs import compute_memory_offsets, select_kernel_code
+from pendulum_twin.free_runs import compute_memory_offsets
 from pendulum_twin.law_curves import follow_pace, show_positions
 from pendulum_twin.machine_code import compile_cached
+from pendulum_twin.mechanics import select_kernel_code
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import find_active_effects, make_theta
 from pendulum_twin.sensors import compute_paces

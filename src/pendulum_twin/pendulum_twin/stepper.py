@@ -10,7 +10,8 @@ import numpy as np
 from pendulum_twin import kernel
 from pendulum_twin.arrays import Floats
 from pendulum_twin.block import PATH_SIZE
-from pendulum_twin.free_runs import compute_memory_offsets, select_kernel_code
+from pendulum_twin.free_runs import compute_memory_offsets
+from pendulum_twin.mechanics import select_kernel_code
 from pendulum_twin.model import Twin
 from pendulum_twin.motion import CURVES, LAW_SETS
 from pendulum_twin.parameter_vector import find_active_effects, make_theta

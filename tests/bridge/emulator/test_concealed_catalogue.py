@@ -292,6 +292,23 @@ def test_a_delayed_sensor_shows_the_state_of_before(delay_s: float, apart: Rig) 
     assert shown_m == pytest.approx(0.5 * 0.2 * FORCE / MASS * since**2, abs=1e-7)
 
 
+@pytest.mark.parametrize("delay_s", [0.02, 0.0233])
+def test_a_delayed_angle_is_of_before_and_the_position_of_now(
+    delay_s: float, endless: Rig
+) -> None:
+    start = (0.0, np.pi + 0.5, 0.0, 0.0)
+    late, prompt = (
+        EmulatedRig(Concealed(effects, endless), encoders=EXACT, start=start)
+        for effects in ({"angle_delay": {"delay_s": delay_s}}, {})
+    )
+    shown = np.array([late.sample[:2]] + [late.step(0.2)[:2] for _ in range(40)])
+    true = np.array([prompt.sample[:2]] + [prompt.step(0.2)[:2] for _ in range(40)])
+    assert shown[:, 0] == pytest.approx(true[:, 0], abs=1e-12)
+    before = np.interp(0.01 * np.arange(41) - delay_s, 0.01 * np.arange(41), true[:, 1])
+    assert shown[:, 1] == pytest.approx(before, abs=2e-3)
+    assert np.max(np.abs(shown - true)[:, 1]) > 0.05
+
+
 @pytest.mark.parametrize("ratio", [0.05, -0.05])
 def test_a_fast_clock_stamps_more_time_than_passes(ratio: float, apart: Rig) -> None:
     emulator = driven(apart, {"sample_period_error": {"ratio": ratio}}, 1.0, 0.2)

@@ -76,9 +76,8 @@ def test_the_difference_shrinks_with_the_time_step(endless: Rig) -> None:
 # m, rad: the catalogue leaves out what the cart gives the pole, and holds over a step of the
 # kernel what the cart does to the motor
 APPROXIMATE = {"cart_load_friction": 3e-3, "stretching_belt": 4e-5}
-BEGINS = {
-    "sensor_delay": HANGING
-}  # what is late shows the start for a while: there it must be at rest
+# what is late shows the start for a while: there it must be at rest
+BEGINS = {"sensor_delay": HANGING, "angle_delay": HANGING}
 
 
 @pytest.mark.parametrize(

@@ -125,6 +125,7 @@ TABLE: tuple[Concealable, ...] = (
         shapes=("time_s",),
     ),
     Concealable("sensor_delay", "time", {"delay_s": (0.01, 0.05)}),
+    Concealable("angle_delay", "angle time", {"delay_s": (0.004, 0.02)}),
     Concealable("angle_scale", "angle scale", {"ratio": (0.02, 0.08)}, both_ways=True),
     Concealable("position_scale", "pace", {"ratio": (0.03, 0.1)}, both_ways=True),
     Concealable("cart_sign_inverted", "sign", {}),

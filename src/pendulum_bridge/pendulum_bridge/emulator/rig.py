@@ -55,8 +55,10 @@ class EmulatedRig:
         )
         self._start, self._count = start, 0
         self._engine.put(draw_earlier_state(start, seed) if self._stale else start)
-        self._reporting = Reporting(
-            effects.get("sensor_delay", {}).get("delay_s", 0.0), step_s, self._engine.state
+        late_s = effects.get("sensor_delay", {}).get("delay_s", 0.0)
+        angle_late_s = late_s + effects.get("angle_delay", {}).get("delay_s", 0.0)
+        self._reporting = tuple(
+            Reporting(delay_s, step_s, self._engine.state) for delay_s in (late_s, angle_late_s)
         )
         self._sensors = Sensors(encoders, effects, self.period_s, seed, self._laws.shown)
         self.sample = self._sensors.measure(self.truth)
@@ -83,13 +85,21 @@ class EmulatedRig:
         step_s = self._compute_elapsed_s(self._count * self.period_s) / self._steps
         for _ in range(self._steps):
             self._engine.step(self._drive(command), step_s)
-            self._reporting.keep(self._engine.state)
+            for reporting in self._reporting:
+                reporting.keep(self._engine.state)
         self._count += 1
         if self._count == self._stale:
             self._engine.put(self._start)
-            self._reporting.forget(self._engine.state)
-        self.sample = self._sensors.measure(np.array(self._reporting.reported))
+            for reporting in self._reporting:
+                reporting.forget(self._engine.state)
+        self.sample = self._sensors.measure(self._reported)
         return self.sample
+
+    @property
+    def _reported(self) -> Floats:
+        """Return the state that the sensors read, (4,): each joint as late as its sensor is."""
+        (x, _, v, _), (_, th, _, w) = (reporting.reported for reporting in self._reporting)
+        return np.array([x, th, v, w])
 
     def _compute_elapsed_s(self, stamp_s: float) -> float:
         """Return how long (s) the sample period that is stamped with this time really lasts."""

@@ -40,6 +40,7 @@ SEARCHED_FORMS = (
     Form.PATH_FORCE,
     Form.DRY_RATIO,
     Form.MEASURE,
+    Form.LATE,
 )
 
 SHAPE_SAMPLES = 3000  # that shapes of laws are compared at: a minute at 100 Hz has twice as many
@@ -188,8 +189,13 @@ def _has_kin(laws: Sequence[Effect], law: Effect) -> bool:
 
 
 def _can_be_seen(case: Case, effect: Effect) -> bool:
-    """Return whether a rig with these joints can show the effect."""
+    """Return whether a rig with these joints can show the effect.
+
+    A pole whose axis moves as recorded shows how late it follows.
+    """
     rig = case.twin.rig
+    if effect.form is Form.LATE:
+        return rig.has_pole and (rig.has_cart or bool(np.any(case.signals.command)))
     if effect.needs_both_joints:
         return rig.has_cart and rig.has_pole
     return rig.has_pole if effect.place in (Place.POLE, Place.SENSOR) else rig.has_cart

@@ -12,7 +12,8 @@ from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.block import PATH_SIZE
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Form
-from pendulum_twin.free_runs import compute_memory_offsets, run_mechanics
+from pendulum_twin.free_runs import compute_memory_offsets
+from pendulum_twin.mechanics import run_mechanics
 from pendulum_twin.parameter_vector import find_active_effects, list_law_kinds
 from pendulum_twin.plans.excitation import Excitation, compute_command, find_command_direction
 from pendulum_twin.sensors import (

@@ -7,6 +7,7 @@ To add an effect, write its file in this folder, import it, and put it into the 
 from __future__ import annotations
 
 from pendulum_twin.effects import (
+    angle_delay,
     angle_offset,
     angle_scale,
     angle_sign_inverted,
@@ -88,6 +89,7 @@ BUILT_IN: tuple[Effect, ...] = (
     pole_quadratic_drag.EFFECT,
     pole_spring.EFFECT,
     pole_imbalance.EFFECT,
+    angle_delay.EFFECT,
     angle_offset.EFFECT,
     eccentric_encoder.EFFECT,
     eccentric_pulley.EFFECT,

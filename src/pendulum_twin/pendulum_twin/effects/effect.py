@@ -61,6 +61,8 @@ class Form(Enum):
     HOLD = "hold"
     # true state to measured state: law(x, v, th, w, t, *constants, *parameters) -> (x, v, th, w)
     MEASURE = "measure"
+    # how much later than the position the angle is read: law(*parameters) -> s
+    LATE = "late"
     # reported velocity, sample by sample: law(v, before, period_s, *parameters) -> v
     REPORT = "report"
     # time that passes while the stamps go on by one second: law(*parameters) -> s
