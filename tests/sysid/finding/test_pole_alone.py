@@ -1,13 +1,12 @@
 """The pole by itself names a small effect that is the same everywhere, and keeps it."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from support.made_recordings import INTECO, made
 
 from pendulum_sysid import decisions
-from pendulum_sysid.finding import pole_alone
 from pendulum_sysid.finding import search as search_module
 from pendulum_sysid.finding.journal import Search
 from pendulum_sysid.finding.need import needs_effect
@@ -117,41 +116,3 @@ def test_an_angle_that_is_read_late_shows_on_the_moving_axis(delay_s: float) -> 
     estimate = answer.best.estimates["angle_delay.delay_s"]
     assert estimate.value == pytest.approx(delay_s, abs=2e-4)
     assert estimate.low > 0.5 * delay_s
-
-
-def test_an_offset_and_a_slip_that_hide_each_other_are_begun_together(monkeypatch) -> None:
-    slip = {"angle_rad": 0.06, "time_s": 20.0}
-    truth = replace(RIG, effects={"angle_offset": {"angle_rad": -0.06}, "encoder_slip": slip})
-    prepared = prepare([made(truth, 40.0, amplitude=0.4)], RIG)
-    search = Search(prepared.case, prepared.split)
-    base = fit_parameters_alone(search)
-    monkeypatch.setattr(pole_alone, "grow_set", lambda search, fit: fit)
-    assert set(ask_pole(search, base).effects) == {"angle_offset", "encoder_slip"}
-    monkeypatch.setattr(decisions, "BEGIN_WITH_SUBSETS", False)
-    assert ask_pole(search, base).effects == ()
-
-
-@dataclass(frozen=True)
-class Asked:
-    is_steady: bool = False
-    is_contradicted: bool = False
-
-
-def test_what_is_steady_over_one_horizon_is_contradicted_over_none(monkeypatch) -> None:
-    search, base = search_rig(4e-5, 0.004)
-    answer = ask_pole(search, base)
-    steady, unsure, against = Asked(is_steady=True), Asked(), Asked(is_contradicted=True)
-    cases = [
-        ((steady, unsure), True),
-        ((unsure, steady), True),
-        ((unsure, unsure), False),
-        ((steady, against), False),
-        ((against, steady), False),
-    ]
-    for pair, expected in cases:
-        replies = iter(pair)
-        monkeypatch.setattr(
-            pole_alone, "measure_steadiness", lambda *_, replies=replies: {DRAG: next(replies)}
-        )
-        assert (ask_pole(search, base).steady == (DRAG,)) == expected
-    assert answer.steady == (DRAG,)

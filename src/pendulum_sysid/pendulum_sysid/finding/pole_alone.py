@@ -6,7 +6,7 @@ it.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,10 +16,8 @@ from pendulum_sysid.cleaning.smooth_state import smooth_state
 from pendulum_sysid.finding.environments import measure_steadiness
 from pendulum_sysid.finding.growth import grow_set
 from pendulum_sysid.finding.journal import Journal, Search
-from pendulum_sysid.finding.judge import compute_distance, compute_lead
 from pendulum_sysid.finding.pruning import prune_set
 from pendulum_sysid.finding.stages import Stage
-from pendulum_sysid.finding.subsets import find_subsets
 from pendulum_sysid.fitting.case import Case, make_case
 from pendulum_sysid.fitting.fit import fit
 from pendulum_sysid.fitting.split import split_windows
@@ -72,53 +70,11 @@ def search_pole_alone(search: Search, base: Fit) -> PoleAnswer | None:
     values = {e: case.twin.effects[e] if BY_NAME[e].parameters else {} for e in given}
     theta = make_theta(replace(case.twin, effects=values))
     first = fit(case, alone.split, given, theta, base.pieces)
-    grown = prune_set(alone, given, grow_set(alone, first))
-    short = _begin_with_several(alone, first, grown)
-    near, long = _extend_horizon(alone, short)
-    return PoleAnswer(alone, first, near, _list_steady(alone, (near, long), given))
-
-
-def _begin_with_several(alone: Search, first: Fit, grown: Fit) -> Fit:
-    """Return what begins with several effects at once, if that is ahead of what has grown.
-
-    An offset and a slip hide each other, and each of four small effects is lost in the others.
-    """
-    if grown.choose <= decisions.MISFIT_AT_NOISE or not decisions.BEGIN_WITH_SUBSETS:
-        return grown
-    best = grown
-    for subset in find_subsets(alone, first, decisions.SUBSET_EFFECTS):
-        begun = alone.fit_effects(subset.effects, first, subset.theta)
-        best = begun if compute_lead(begun, best).is_real else best
-    return grown if best is grown else prune_set(alone, first.effects, grow_set(alone, best))
-
-
-def _extend_horizon(alone: Search, short: Fit) -> tuple[Fit, Fit]:
-    """Return the set with what a horizon twice as long adds, fitted over the short and the long.
-
-    There small effects of the pole stand out more. What it adds must show over the short horizon,
-    too. Much longer, near upright, errors of the start states grow until they are all that counts.
-    """
-    begun = alone.fit_over_horizon(short, short.pieces // 2)
-    long = prune_set(alone, short.effects, grow_set(alone, begun))
-    added = [name for name in long.effects if name not in short.effects]
-    near = alone.fit_over_horizon(long, short.pieces) if added else short
-    shows = all(compute_distance(near, name, short.effects) > 1.0 for name in added)
-    return (near, long) if shows else (short, begun)
-
-
-def _list_steady(alone: Search, fits: Sequence[Fit], given: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the effects whose size is the same everywhere: over a horizon, and against none.
-
-    fits: of the same effects over several horizons.
-    """
-    steadiness = [measure_steadiness(alone.case, alone.split, fit) for fit in fits]
-    return tuple(
-        name
-        for name in fits[0].effects
-        if name not in given
-        and any(name in each and each[name].is_steady for each in steadiness)
-        and not any(name in each and each[name].is_contradicted for each in steadiness)
-    )
+    best = prune_set(alone, first.effects, grow_set(alone, first))
+    added = [name for name in best.effects if name not in first.effects]
+    steadiness = measure_steadiness(case, alone.split, best) if added else {}
+    steady = tuple(name for name in added if name in steadiness and steadiness[name].is_steady)
+    return PoleAnswer(alone, first, best, steady)
 
 
 def add_pole_effects(search: Search, base: Fit, pole: Fit, names: Collection[str]) -> Fit:
