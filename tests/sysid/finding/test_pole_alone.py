@@ -104,15 +104,3 @@ def test_what_only_the_long_horizon_shows_is_not_kept(monkeypatch) -> None:
     assert spring not in extend_horizon(search, base, short).fit.effects
     monkeypatch.setattr(search_module, "confirm_long", lambda search, short, long: long)
     assert spring in extend_horizon(search, base, short).fit.effects
-
-
-@pytest.mark.parametrize("delay_s", [0.0025, 0.012])
-def test_an_angle_that_is_read_late_shows_on_the_moving_axis(delay_s: float) -> None:
-    truth = replace(RIG, effects={"angle_delay": {"delay_s": delay_s}})
-    prepared = prepare([made(truth, 40.0, amplitude=0.4)], RIG)
-    search = Search(prepared.case, prepared.split)
-    answer = ask_pole(search, fit_parameters_alone(search))
-    assert answer.effects == answer.steady == ("angle_delay",)
-    estimate = answer.best.estimates["angle_delay.delay_s"]
-    assert estimate.value == pytest.approx(delay_s, abs=2e-4)
-    assert estimate.low > 0.5 * delay_s

@@ -1,7 +1,6 @@
 """A law more is fitted beside what a fit holds."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,8 +15,6 @@ from pendulum_sysid.measuring.measure import begin_without_laws
 from pendulum_sysid.measuring.penalised_fit import LawFit
 from pendulum_sysid.measuring.ranking import rank_curves
 from pendulum_sysid.prepare import prepare
-from pendulum_twin.laws import BY_NAME as LAWS_BY_NAME
-from pendulum_twin.laws import KINDS as LAW_KINDS
 from pendulum_twin.laws.law import Law, make_curve_matrix
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import LAWS
@@ -104,47 +101,7 @@ def test_laws_are_finished_and_asked_best_first(finished, kept, asked, best, mon
     assert asked is None or done == asked
 
 
-ALONG, TURN = "drive_gain_along_rail", "drive_gain_over_shaft_turn"
-
-
-@pytest.mark.parametrize(
-    ("turn", "kept", "best"),
-    [
-        (2.52, (ALONG, TURN), TURN),  # as good, and it holds where the cart has not been
-        (3.5, (ALONG, TURN), ALONG),  # the law along the rail is really ahead
-        (2.52, (ALONG,), ALONG),  # the halves do not show the law over a turn
-    ],
-)
-def test_a_law_over_a_turn_comes_before_one_along_the_rail(turn, kept, best, monkeypatch):
-    left = {ALONG: 2.5, TURN: turn}
-
-    def finish(case, split, law_fit, shorter):
-        name = law_fit.fit.effects[0]
-        lead = compute_lead(law_fit.fit, law_fit.fit)
-        return _make_law_fit(name, left[name], lead, name)
-
-    monkeypatch.setattr(measure, "finish_longer", finish)
-    monkeypatch.setattr(
-        measure, "_is_kept", lambda longer, *_: longer.law_fit.fit.effects[0] in kept
-    )
-    begun = [_make_law_fit(name, left[name], None, name) for name in (TURN, ALONG)]
-    taken = measure._take_best(measure.Measured(None, None, _make_law_fit("", 9.0)), begun, 0)
-    assert taken is not None and taken.law_fit.fit.effects[0] == best
-
-
-@pytest.mark.parametrize("kind", LAW_KINDS, ids=lambda kind: kind.name)
-def test_only_a_law_along_the_rail_contains_another_kind(kind):
-    contained = [other.name for other in LAW_KINDS if kind.contains(other)]
-    expected = {
-        "drive_gain_along_rail": ["drive_gain_over_shaft_turn"],
-        "cart_force_by_position": ["cart_force_over_shaft_turn"],
-        "position_error_along_rail": ["position_error_over_shaft_turn"],
-    }
-    assert contained == expected.get(kind.name, [])
-
-
-def _make_law_fit(name, left, lead=None, kind="command_curve"):
+def _make_law_fit(name, left, lead=None):
     """Return a fit that leaves so many units of noise."""
     fit = make_fit(np.full((6, 2), left), (name,))
-    curve = SimpleNamespace(kind=LAWS_BY_NAME[kind])
-    return LawFit(fit, (curve,), (), (), (), 1.0, None, lead)
+    return LawFit(fit, (), (), (), (), 1.0, None, lead)

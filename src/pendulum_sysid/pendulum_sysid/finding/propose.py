@@ -189,13 +189,8 @@ def _has_kin(laws: Sequence[Effect], law: Effect) -> bool:
 
 
 def _can_be_seen(case: Case, effect: Effect) -> bool:
-    """Return whether a rig with these joints can show the effect.
-
-    A pole whose axis moves as recorded shows how late it follows.
-    """
+    """Return whether a rig with these joints can show the effect."""
     rig = case.twin.rig
-    if effect.form is Form.LATE:
-        return rig.has_pole and (rig.has_cart or bool(np.any(case.signals.command)))
     if effect.needs_both_joints:
         return rig.has_cart and rig.has_pole
     return rig.has_pole if effect.place in (Place.POLE, Place.SENSOR) else rig.has_cart

@@ -238,31 +238,9 @@ def _take_best(measured: Measured, tried: list[LawFit], most_waiting: int) -> Me
             with suppress(np.linalg.LinAlgError):
                 tried.append(finish_longer(case, split, best, shorter))
             continue
-        simpler = _finish_contained(case, split, best, tried, shorter)
-        for law_fit in (simpler, best):
-            longer = Measured(case, split, law_fit) if law_fit else None
-            if longer and _is_kept(longer, shorter, most_waiting):
-                return longer
-    return None
-
-
-def _finish_contained(
-    case: Case, split: Split, best: LawFit, tried: Sequence[LawFit], shorter: LawFit
-) -> LawFit | None:
-    """Return the fit with a law that the best fit's law contains, and that is as good.
-
-    None where no such law was tried, or the best fit is really ahead. What repeats with the turn
-    of a shaft holds where the cart has not been; what depends on the place does not.
-
-    shorter: the fit without the law.
-    """
-    kind = best.curves[-1].kind
-    for law_fit in tried:
-        if kind.contains(law_fit.curves[-1].kind):
-            with suppress(np.linalg.LinAlgError):
-                known = law_fit.lead is not None
-                longer = law_fit if known else finish_longer(case, split, law_fit, shorter)
-                return None if compute_lead(best.fit, longer.fit).is_real else longer
+        longer = Measured(case, split, best)
+        if _is_kept(longer, shorter, most_waiting):
+            return longer
     return None
 
 

@@ -161,16 +161,6 @@ class LawKind:
     variable: Variable
     of_recording: bool = False
 
-    def contains(self, other: LawKind) -> bool:
-        """Return whether every law of another kind is a law of this kind as well.
-
-        What repeats with every turn of the shaft is a curve along the rail.
-        """
-        return self.role is other.role and (self.variable, other.variable) == (
-            Variable.POSITION,
-            Variable.SHAFT,
-        )
-
     @property
     def is_periodic(self) -> bool:
         """Return whether the curve closes on itself after a turn."""
