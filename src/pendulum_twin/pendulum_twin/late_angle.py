@@ -39,7 +39,7 @@ def drop_delays(theta: Floats) -> Floats:
 
 
 def look_back(
-    before: Floats, states: Floats, delays: Floats, period_s: float, paces: Floats, first: int = 0
+    before: Floats, states: Floats, delays: Floats, period_s: float, paces: Floats
 ) -> Floats:
     """Return true states (lanes, samples, 4) with the pole as it was a delay ago.
 
@@ -48,14 +48,11 @@ def look_back(
     before: (lanes, 4) the true state at a delay before the run's start.
     states: (lanes, samples, 4) true.
     delays, paces: (lanes,), the latter s that pass per second of the stamps; delays above 0.
-    first: samples from the run's start to the first state. Of it and the states after it those
-        that lie less than a delay behind the first are wrong, unless it is the start.
     """
-    n = first + np.arange(states.shape[1])
-    since_s = n * period_s - delays[:, None]
+    since_s = np.arange(states.shape[1]) * period_s - delays[:, None]
     k = np.floor(since_s / period_s)
     early = since_s < 0.0
-    lane, at = np.arange(len(states))[:, None], np.maximum(k.astype(np.int64) - first, 0)
+    lane, at = np.arange(len(states))[:, None], np.maximum(k.astype(np.int64), 0)
     end = np.minimum(np.where(early, 0, at + 1), states.shape[1] - 1)
     a = np.where(early[..., None], before[:, None], states[lane, at])[..., POLE]
     b = states[lane, end][..., POLE]
@@ -78,10 +75,10 @@ def look_ahead(
     ahead, later = states.copy(), accelerations.copy()
     for part in signals.stretches:
         at = np.arange(part.stop - part.start) + delay_s / signals.period_s
-        k = np.minimum(at.astype(np.int64), len(at) - 2)
-        pole, way = states[part][:, POLE], at - k
         if len(at) < 2:
             continue
+        k = np.minimum(at.astype(np.int64), len(at) - 2)
+        pole, way = states[part][:, POLE], at - k
         period_s = np.full(len(at), signals.period_s)
         inside = _follow_cubic(pole[k], pole[k + 1], period_s, np.minimum(way, 1.0))
         beyond_s = np.maximum(way - 1.0, 0.0) * signals.period_s
