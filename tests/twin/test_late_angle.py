@@ -67,3 +67,11 @@ def test_delays_are_of_twins_and_can_be_dropped():
     assert compute_delays(both) == pytest.approx([DELAY_S, 0.0])
     assert np.array_equal(drop_delays(both), np.concatenate([PROMPT, PROMPT]))
     assert compute_delays(both)[0] == pytest.approx(DELAY_S)  # the twins stay as they are
+
+
+def test_a_run_that_diverged_stays_without_end():
+    """As other runs do, without a warning: such errors count as infinite."""
+    states = np.tile([0.0, 1.0, 0.0, 2.0], (2, 5, 1))
+    states[1, 1:] = np.inf
+    back = look_back(states[:, 0], states, np.full(2, DELAY_S), PERIOD_S, np.ones(2))
+    assert np.all(np.isfinite(back[0])) and not np.isfinite(back[1, -1, 1])

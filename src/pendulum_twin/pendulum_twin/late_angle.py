@@ -94,11 +94,12 @@ def _follow_cubic(a: Floats, b: Floats, span: Floats, way: Floats) -> Floats:
 
     span: (...) s from a to b; way: (...) share of it, 0 to 1.
     """
-    steep = b[..., 0] - a[..., 0]
-    left = span * a[..., 1] - steep
-    right = steep - span * b[..., 1]
     rest = 1.0 - way
-    bend = rest * left + way * right
-    angle = a[..., 0] + way * (steep + rest * bend)
-    rate = (steep + (rest - way) * bend + way * rest * (right - left)) / span
+    with np.errstate(all="ignore"):  # a run that diverged has states without end
+        steep = b[..., 0] - a[..., 0]
+        left = span * a[..., 1] - steep
+        right = steep - span * b[..., 1]
+        bend = rest * left + way * right
+        angle = a[..., 0] + way * (steep + rest * bend)
+        rate = (steep + (rest - way) * bend + way * rest * (right - left)) / span
     return np.stack([angle, rate], axis=-1)
