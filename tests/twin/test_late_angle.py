@@ -75,3 +75,12 @@ def test_a_run_that_diverged_stays_without_end():
     states[1, 1:] = np.inf
     back = look_back(states[:, 0], states, np.full(2, DELAY_S), PERIOD_S, np.ones(2))
     assert np.all(np.isfinite(back[0])) and not np.isfinite(back[1, -1, 1])
+
+
+@pytest.mark.parametrize("delay_s", [5e-324, 1e-30, 1e-12])
+def test_a_delay_that_is_next_to_nothing_shows_the_pole_as_it_is(delay_s):
+    """A fit that ends next to its bound leaves such values."""
+    theta = make_theta(Twin("fine", THESIS, {"angle_delay": {"delay_s": delay_s}}))[None]
+    signals, start = recording(wild_command(60), PERIOD_S), (0.0, 2.5, 0.2, 1.0)
+    fine, prompt = (run_windows(signals, t, [0], [start], 60) for t in (theta, PROMPT))
+    assert np.array_equal(fine, prompt)

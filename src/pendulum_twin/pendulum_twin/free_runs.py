@@ -99,7 +99,7 @@ def run_driven(
         )
         if out is not true:
             true[lanes] = out
-    late = np.flatnonzero(delays)
+    late = np.flatnonzero(delays > FINEST_S)
     if len(late):
         paces = compute_paces(theta)[set_of[late]]
         true[late] = look_back(before[late], true[late], delays[late], signals.period_s, paces)
