@@ -25,7 +25,7 @@ setup(
     license="Apache-2.0",
     license_files=["LICENSE"],
     packages=find_packages(exclude=["test", "test.*"]),
-    package_data={NAME: ["py.typed"]},
+    package_data={NAME: ["py.typed", "nodes/loopback.xml"]},
     python_requires=">=3.12",
     install_requires=["argcomplete", "mcap", "numba", "numpy", "PyYAML", "rosbags"],
     extras_require={"frames": ["pandas"], "test": ["hypothesis", "pytest"]},

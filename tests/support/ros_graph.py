@@ -16,6 +16,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
+from pendulum_twin.nodes.transport import PROFILES, RANGE, leave_shared_memory
 from support.polling import DEADLINE_S, until
 
 DOMAINS = range(1, 100)  # higher ones need ports that the system gives to others
@@ -113,8 +114,9 @@ class Graph:
 @contextmanager
 def graph() -> Iterator[Graph]:
     """Return a graph in a domain of its own; the fixture `ros` of the tests."""
-    before = os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE")
-    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    before = dict(os.environ)
+    os.environ[RANGE] = "LOCALHOST"
+    leave_shared_memory()
     try:
         with free_domain() as domain:
             made = Graph(domain)
@@ -123,7 +125,7 @@ def graph() -> Iterator[Graph]:
             finally:
                 made.close()
     finally:
-        if before is None:
-            del os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"]
-        else:
-            os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = before
+        for name in (RANGE, PROFILES):
+            os.environ.pop(name, None)
+            if name in before:
+                os.environ[name] = before[name]

@@ -10,6 +10,8 @@ states: (..., 4) x (m), th (rad), v (m/s), w (rad/s).
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from pendulum_twin import compose
@@ -58,24 +60,61 @@ def compile_sensors() -> None:
     _convert_states(np.zeros((1, 4)), np.zeros(1), row, NEUTRAL[None].copy(), _MEASURING, False)
 
 
-def apply_sensors(states: Floats, theta: Floats, t: Floats, set_of: Ints | None = None) -> Floats:
-    """Return what the sensors show of true states (lanes, ..., 4).
+class Sensing(NamedTuple):
+    """Hold what the sensors of twins do at all.
+
+    errors: whether any twin holds a measured error of a sensor.
+    active: (effects,) which effects of sensors are on in any twin; None: not one.
+    varies: whether any clock has a measured pace.
+    paces: (sets,) true time per second of the stamps; None: 1 everywhere.
+    """
+
+    errors: bool
+    active: Mask | None
+    varies: bool
+    paces: Floats | None
+
+
+def select_sensing(theta: Floats) -> Sensing:
+    """Return what the sensors of twins do at all, for who asks `apply_sensors` often."""
+    kinds = list_law_kinds(theta)
+    active = find_active_effects(theta) & _MEASURING
+    paces = compute_paces(theta)
+    return Sensing(
+        errors=any(kind.role in SENSOR_ERRORS for kind in kinds),
+        active=active if np.any(active) else None,
+        varies=any(kind.role is Role.PACE for kind in kinds),
+        paces=paces if np.any(paces != 1.0) else None,
+    )
+
+
+def apply_sensors(
+    states: Floats,
+    theta: Floats,
+    t: Floats,
+    set_of: Ints | None = None,
+    sensing: Sensing | None = None,
+) -> Floats:
+    """Return what the sensors show of true states (lanes, ..., 4), a copy.
 
     t: (lanes, ...) s by the stamps, from the start of the recording.
+    sensing: of theta; None: asked for here.
 
     The velocities are by the stamps, too; `apply_reporting` makes them as reported.
     """
-    if _have_errors(theta):
+    sensing = select_sensing(theta) if sensing is None else sensing
+    if sensing.errors:
         states = _convert_positions(states, theta, set_of, undo=False)
-    shown = _pass_through_effects(states, theta, t, set_of, undo=False)
-    return _scale_rates(shown, theta, t, set_of, 1.0)
+    shown = _pass_through_effects(states, theta, t, set_of, sensing, undo=False)
+    return _scale_rates(shown, theta, t, set_of, sensing, 1.0)
 
 
 def undo_sensors(states: Floats, theta: Floats, t: Floats, set_of: Ints | None = None) -> Floats:
     """Return the true states behind measured ones; the inverse of `apply_sensors`."""
-    rates = _scale_rates(states, theta, t, set_of, -1.0)
-    states = _pass_through_effects(rates, theta, t, set_of, undo=True)
-    return _convert_positions(states, theta, set_of, undo=True) if _have_errors(theta) else states
+    sensing = select_sensing(theta)
+    rates = _scale_rates(states, theta, t, set_of, sensing, -1.0)
+    states = _pass_through_effects(rates, theta, t, set_of, sensing, undo=True)
+    return _convert_positions(states, theta, set_of, undo=True) if sensing.errors else states
 
 
 def apply_reporting(
@@ -115,15 +154,14 @@ def select_reporting_effects(theta: Floats) -> list[Effect]:
 
 
 def _pass_through_effects(
-    states: Floats, theta: Floats, t: Floats, set_of: Ints | None, undo: bool
+    states: Floats, theta: Floats, t: Floats, set_of: Ints | None, sensing: Sensing, undo: bool
 ) -> Floats:
-    """Return states (lanes, ..., 4) after the sensors' effects, or before them."""
-    active = find_active_effects(theta) & _MEASURING
+    """Return states (lanes, ..., 4) after the sensors' effects, or before them, a copy."""
     flat = np.array(states, dtype=np.float64).reshape(-1, 4)
-    if np.any(active):
+    if sensing.active is not None:
         times = np.ascontiguousarray(np.broadcast_to(t, states.shape[:-1])).reshape(-1)
         rows = _list_rows(len(states), len(flat), set_of)
-        _convert_states(flat, times, rows, np.ascontiguousarray(theta), active, undo)
+        _convert_states(flat, times, rows, np.ascontiguousarray(theta), sensing.active, undo)
     return flat.reshape(states.shape)
 
 
@@ -163,11 +201,6 @@ def _list_rows(lanes: int, count: int, set_of: Ints | None) -> Ints:
     return np.repeat(np.arange(lanes) if set_of is None else set_of, count // max(lanes, 1))
 
 
-def _have_errors(theta: Floats) -> bool:
-    """Return whether any twin holds a measured error of a sensor."""
-    return any(kind.role in SENSOR_ERRORS for kind in list_law_kinds(theta))
-
-
 def _convert_positions(states: Floats, theta: Floats, set_of: Ints | None, undo: bool) -> Floats:
     """Return states (lanes, ..., 4) after the measured errors of the sensors, or before them."""
     flat = np.array(states, dtype=np.float64).reshape(-1, 4)
@@ -177,18 +210,16 @@ def _convert_positions(states: Floats, theta: Floats, set_of: Ints | None, undo:
 
 
 def _scale_rates(
-    states: Floats, theta: Floats, t: Floats, set_of: Ints | None, power: float
+    states: Floats, theta: Floats, t: Floats, set_of: Ints | None, sensing: Sensing, power: float
 ) -> Floats:
     """Return states with velocities multiplied by a power of the pace of their lane."""
-    varies = any(kind.role is Role.PACE for kind in list_law_kinds(theta))
-    own = compute_paces(theta)
-    if not varies and np.all(own == 1.0):
+    if sensing.varies:
+        paces = follow_paces(theta, np.broadcast_to(t, states.shape[:-1]), set_of)[..., None]
+    elif sensing.paces is not None:
+        paces = _deal(sensing.paces, set_of).reshape(_make_lane_shape(states))
+    else:
         return states
     states = states.copy()
-    if varies:
-        paces = follow_paces(theta, np.broadcast_to(t, states.shape[:-1]), set_of)[..., None]
-    else:
-        paces = _deal(own, set_of).reshape(_make_lane_shape(states))
     states[..., RATES] *= paces**power
     return states
 

@@ -23,6 +23,7 @@ from pendulum_twin.sensors import (
     compute_paces,
     report_rates,
     select_reporting_effects,
+    select_sensing,
     undo_sensors,
 )
 
@@ -59,6 +60,7 @@ class Stepper:
         self._theta, self._rest = make_theta(twin)[None], make_resting_state(twin)
         self._on = find_active_effects(self._theta)
         self._reports = select_reporting_effects(self._theta)
+        self._sensing = select_sensing(self._theta)
         self._laws, self._dry, self._measured = select_kernel_code(self._theta)
         self._period_s = period_s
         self._sub = kernel.count_substeps(period_s)
@@ -114,7 +116,7 @@ class Stepper:
         self._true[:] = self._out[:, 1]
         self.impact = stop_cart(self._true[0], self._theta[0], self._end_m)
         t = np.array([self._steps // self._sub * self._period_s])
-        shown = apply_sensors(self._true, self._theta, t)
+        shown = apply_sensors(self._true, self._theta, t, sensing=self._sensing)
         if self._reports:
             shown[:, RATES] = report_rates(
                 shown[:, RATES], self._shown[:, RATES], self._theta, self._reports, self._period_s

@@ -27,6 +27,7 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.nodes.direct import DirectSubscription
 from pendulum_twin.nodes.messages import from_joint_state, from_time, to_float
 from pendulum_twin.nodes.qos import LATCHED, LATEST, SAMPLES
+from pendulum_twin.nodes.transport import leave_shared_memory
 
 CONNECT_S = 20.0  # for discovery, and for a program to start
 DELIVERY_S = 0.5  # at most, for the last command
@@ -52,6 +53,7 @@ class RigClient:
         self.unreadable = ""
         self.pwm_limit: float | None = None
         self._context = Context()
+        leave_shared_memory()
         try:
             rclpy.init(args=[], context=self._context)  # not the program's own arguments
             self._node = Node(

@@ -16,6 +16,7 @@ from rclpy.utilities import remove_ros_args
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.nodes.overrides import check_parameter_files
 from pendulum_twin.nodes.settings import describe_settings
+from pendulum_twin.nodes.transport import leave_shared_memory
 from pendulum_twin.parser import Parser, add_common_options, complete
 from pendulum_twin.stop_request import StopRequest, catch_stop_signals, ignore_stop_signals
 
@@ -71,6 +72,7 @@ def run[N: Node](
         if not prepare(name, stopped):
             return 0
         quieting = ["--ros-args", "--log-level", "warn"] if options.quiet else []
+        leave_shared_memory()
         rclpy.init(args=[*arguments, *quieting], signal_handler_options=SignalHandlerOptions.NO)
         node = make()
         try:
