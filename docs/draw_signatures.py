@@ -8,6 +8,7 @@ the motion with the effect needs beyond the twin's, over the variable that it de
 from __future__ import annotations
 
 import sys
+import textwrap
 from dataclasses import replace
 from pathlib import Path
 
@@ -177,14 +178,21 @@ def describe(effect: Effect) -> str:
     )
     lines = [
         f"### {effect.name}\n",
-        effect.sentence.replace("{", "`").replace("}", "`") + "\n",
+        wrap(effect.sentence.replace("{", "`").replace("}", "`")) + "\n",
         f"![The motion with {effect.name}, and the force that it needs beyond the twin's]"
         f"(images/effects/{effect.name}.png)\n",
-        f"Shown: {shown}. Source: {effect.source}."
-        + ("" if effect.searched else " Only for twin files: no diagnosis names it.")
+        wrap(
+            f"Shown: {shown}. Source: {effect.source}."
+            + ("" if effect.searched else " Only for twin files: no diagnosis names it.")
+        )
         + "\n",
     ]
     return "\n".join(lines)
+
+
+def wrap(text: str) -> str:
+    """Return a paragraph in lines of at most 99 columns."""
+    return textwrap.fill(text, 99, break_long_words=False, break_on_hyphens=False)
 
 
 def main() -> int:

@@ -67,6 +67,14 @@ def test_links_lead_somewhere(page: Path) -> None:
     ] == []
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_prose_stays_within_99_columns(page: Path) -> None:
+    prose = re.sub(r"^ *```.*?^ *```", "", page.read_text(encoding="utf-8"), flags=re.M | re.S)
+    free = ("|", "![")  # rows of tables and pictures cannot be broken
+    lines = [line for line in prose.splitlines() if not line.lstrip().startswith(free)]
+    assert [line for line in lines if len(line) > 99] == []
+
+
 def test_the_readme_lists_the_catalogue() -> None:
     assert set(re.findall(r"`(\w+)`", section(README, "The catalogue"))) - {"CATALOGUE"} == set(
         BY_NAME

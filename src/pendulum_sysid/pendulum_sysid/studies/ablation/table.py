@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 
 from pendulum_sysid.studies.ablation.decision_list import FACTOR, Decision
 from pendulum_sysid.studies.ablation.variation import AS_IT_IS, Tried
 
+COLUMNS = 99  # of a line of prose
 HEADER = """| decision | value | unit | why this value | up, or off | down |
 |---|---|---|---|---|---|"""
 CHANGED = """| decision | trial | as it is | becomes |
@@ -21,10 +23,13 @@ def render_table(chosen: Sequence[Decision], tried: Sequence[Tried]) -> str:
     lines = [
         "# Decisions",
         "",
-        "Every number and rule of `decisions.py` that decides something. The last columns say how "
-        f"many verdicts (outcome and set of names) change on {len(plain)} kept trials when the "
-        f"number is {FACTOR:g} times larger or smaller, or the rule is switched off. A dash: no "
-        "verdict of these trials reads it. `make ablate` writes this page.",
+        textwrap.fill(
+            "Every number and rule of `decisions.py` that decides something. The last columns say "
+            f"how many verdicts (outcome and set of names) change on {len(plain)} kept trials "
+            f"when the number is {FACTOR:g} times larger or smaller, or the rule is switched off. "
+            "A dash: no verdict of these trials reads it. `make ablate` writes this page.",
+            COLUMNS,
+        ),
     ]
     for question in dict.fromkeys(decision.question for decision in chosen):
         lines += ["", f"## {question}", "", HEADER]
