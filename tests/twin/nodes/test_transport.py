@@ -11,6 +11,8 @@ from support.ros_graph import Graph  # noqa: E402
 from pendulum_twin import topics  # noqa: E402
 from pendulum_twin.nodes.transport import (  # noqa: E402
     LOOPBACK,
+    MIDDLEWARE,
+    PEERS,
     PROFILES,
     RANGE,
     TRANSPORTS,
@@ -30,8 +32,16 @@ SHARED_MEMORY = "/dev/shm/fastrtps"
         ({PROFILES: "mine.xml"}, {PROFILES: "mine.xml"}),
         ({RANGE: "LOCALHOST", PROFILES: "mine.xml"}, {RANGE: "LOCALHOST", PROFILES: "mine.xml"}),
         (
-            {RANGE: "LOCALHOST", "ROS_STATIC_PEERS": "192.0.2.1"},
-            {RANGE: "LOCALHOST", "ROS_STATIC_PEERS": "192.0.2.1"},
+            {RANGE: "LOCALHOST", PEERS: "192.0.2.1"},
+            {RANGE: "LOCALHOST", PEERS: "192.0.2.1"},
+        ),
+        (
+            {PEERS: "192.0.2.1", MIDDLEWARE: ""},
+            {PEERS: "192.0.2.1", MIDDLEWARE: "", TRANSPORTS: "UDPv4"},
+        ),
+        (
+            {RANGE: "LOCALHOST", MIDDLEWARE: "rmw_cyclonedds_cpp"},
+            {RANGE: "LOCALHOST", MIDDLEWARE: "rmw_cyclonedds_cpp"},
         ),
         (
             {RANGE: "LOCALHOST", PROFILES: LOOPBACK},  # a second graph of the same process
