@@ -222,8 +222,28 @@ def _keep_paths(first, count, measured, block, path_memory, p, width):
 
 
 @compile_inner
-def _hold(lanes, laws, measured, block, step, theta, p):
-    """Set what effects and measured curves of every lane do evenly over the next step.
+def _hold_paces(lanes, block, step, theta, p):
+    """Set each lane's step, s, by its clock's measured pace; step: substeps since the starts."""
+    width = len(lanes)
+    for i in range(width):
+        hold_pace(theta[block.row[i]], p, i, width, block.done[i] + step)
+
+
+@compile_inner
+def _drive_lanes(lanes, drives, drive_of, block, step, p):
+    """Set the drive's force on every lane over the next step; the arguments of `integrate_lanes`.
+
+    step: substeps since the lanes' starts.
+    """
+    width = len(lanes)
+    for i in range(width):
+        drive = drives[drive_of[block.lane[i]], block.at[i] + step]
+        p[FORCE * width + i] = drive * p[FORCE_PER_PWM * width + i]
+
+
+@compile_inner
+def _hold(lanes, laws, measured, block, counts, step, theta, p):
+    """Set what effects and measured laws of every lane do evenly over the next step.
 
     step: substeps since the lanes' starts.
     """
@@ -248,11 +268,13 @@ def _hold(lanes, laws, measured, block, step, theta, p):
                     hold_measured_laws(own, p, i, width, done, pushed, held_dry)
                 else:
                     hold_no_curves(p, i, width, pushed, held_dry)
+    if measured is not None and len(measured) > 1:
+        hold_hysteresis(block, counts, p, width)
 
 
 @compile_inner
-def _react(lanes, laws, block, p):
-    """Let every lane remember what its last step did to path and drive."""
+def _react(lanes, laws, measured, block, counts, p):
+    """Let every lane remember what its last step did to path, drive and strains."""
     width = len(lanes)
     if laws is not None and len(laws) > 1:
         for i in range(width):
@@ -260,6 +282,8 @@ def _react(lanes, laws, block, p):
     if laws is not None and len(laws) > 3:
         for i in range(width):
             react_to_motion(p, i, width, block.constants[0, i])
+    if measured is not None and len(measured) > 1:
+        follow_block_strains(block, counts, p, width)
 
 
 @compile_cached
@@ -317,16 +341,9 @@ def integrate_lanes(
                     out[first + i, n, k] = p[(X + k) * width + i]
             for step in range(n * sub, (n + 1) * sub if n < samples - 1 else n * sub):
                 if paced:
-                    for i in range(width):
-                        hold_pace(theta[block.row[i]], p, i, width, block.done[i] + step)
-                for i in range(width):
-                    drive = drives[drive_of[block.lane[i]], block.at[i] + step]
-                    p[FORCE * width + i] = drive * p[FORCE_PER_PWM * width + i]
-                _hold(lanes, laws, measured, block, step, theta, p)
-                if remembers:
-                    hold_hysteresis(block, counts, p, width)
+                    _hold_paces(lanes, block, step, theta, p)
+                _drive_lanes(lanes, drives, drive_of, block, step, p)
+                _hold(lanes, laws, measured, block, counts, step, theta, p)
                 _advance(lanes, laws, dry, p)
-                _react(lanes, laws, block, p)
-                if remembers:
-                    follow_block_strains(block, counts, p, width)
+                _react(lanes, laws, measured, block, counts, p)
         _keep_paths(first, count, measured, block, path_memory, p, width)
