@@ -125,16 +125,15 @@ def hold_no_curves(p, i, width, pushed, held_dry):
 
 
 @compile_inner
-def hold_hysteresis(block, counts, p, width):
+def hold_hysteresis(elements, listed, counts, moves, loads, p, width):
     """Add the measured hysteresis of every lane to what acts evenly over its next step.
 
-    block, counts: at the step's begin; see `block.Block` and `hysteresis`.
+    The arguments but p and width: see `hysteresis`; as at the step's begin.
     """
-    moves, loads = block.moves, block.loads
     for i in range(width):
         half = 0.5 * p[H * width + i]
         moves[0, i], moves[1, i] = half * p[V * width + i], half * p[W * width + i]
-    sum_hysteresis(block.elements, block.listed, counts, moves, loads)
+    sum_hysteresis(elements, listed, counts, moves, loads)
     for i in range(width):
         p[FORCE * width + i] += loads[0, i]
         p[PUSHED * width + i] += loads[0, i]
@@ -143,9 +142,9 @@ def hold_hysteresis(block, counts, p, width):
 
 
 @compile_inner
-def follow_block_strains(block, counts, p, width):
+def strain_elements(elements, listed, counts, moves, p, width):
     """Strain the elements of measured hysteresis of every lane by its last step."""
     for i in range(width):
-        block.moves[0, i] = p[X * width + i] - p[X_BEFORE * width + i]
-        block.moves[1, i] = p[TH * width + i] - p[TH_BEFORE * width + i]
-    follow_strains(block.elements, block.listed, counts, block.moves)
+        moves[0, i] = p[X * width + i] - p[X_BEFORE * width + i]
+        moves[1, i] = p[TH * width + i] - p[TH_BEFORE * width + i]
+    follow_strains(elements, listed, counts, moves)

@@ -12,6 +12,7 @@ elements: (3, STRAINS, width) of each lane's elements: way until it slips, m or 
 listed: (STRAINS,) which elements have friction; counts: how many of them the cart has, and how
     many cart and pole have.
 moves: (2, width) of cart, m, and pole, rad, since the strains were taken.
+loads: (2, width) force on the cart, N, and torque on the pole, N m.
 """
 
 from __future__ import annotations
@@ -37,6 +38,17 @@ STRAINS = 2 * MOST_KNOTS
 POLE_STRAINS = MOST_KNOTS  # where those of the pole begin
 WAY, STIFFNESS, STRAIN = range(3)  # rows of `elements`
 CART, POLE = int(Role.CART_HYSTERESIS), int(Role.POLE_HYSTERESIS)
+
+
+@compile_inner
+def make_elements(width, remembers):
+    """Return elements, listed, moves and loads of a block, still empty.
+
+    remembers: whether a twin has measured hysteresis; else there are no elements.
+    """
+    strains = STRAINS if remembers else 0
+    listed = np.empty(strains, dtype=np.int64)
+    return np.empty((3, strains, width)), listed, np.empty((2, width)), np.empty((2, width))
 
 
 @compile_inner
@@ -78,7 +90,7 @@ def keep_strains(elements, i, strains):
 
 @compile_inner
 def sum_hysteresis(elements, listed, counts, moves, loads):
-    """Fill loads (2, width) with the force on the cart, N, and the torque on the pole, N m."""
+    """Fill loads with what the elements do at their strains and moves."""
     width = elements.shape[2]
     loads[:] = 0.0
     for m in range(counts[1]):

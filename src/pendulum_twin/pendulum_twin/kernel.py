@@ -14,14 +14,20 @@ import numpy as np
 
 from pendulum_twin import compose
 from pendulum_twin.block import (
+    AT,
     CART_DRY,
     CART_WAY,
+    CURVED,
+    DONE,
     ENDED,
-    EVEN_H,
     FORCE,
+    LANE,
+    OWN_MASS,
+    OWN_VISCOUS,
     PATH,
     POLE_WAY,
     PUSHED,
+    ROW,
     ROWS,
     X_BEFORE,
     H,
@@ -29,24 +35,24 @@ from pendulum_twin.block import (
     W,
     X,
     get_four,
-    make_block,
     put_four,
 )
 from pendulum_twin.equations import compile_inner
 from pendulum_twin.held_laws import (
-    follow_block_strains,
     hold_effects,
     hold_hysteresis,
     hold_measured_laws,
     hold_no_curves,
     hold_pace,
     react_to_motion,
+    strain_elements,
 )
-from pendulum_twin.hysteresis import keep_strains, list_elements, place_elements
-from pendulum_twin.law_curves import bend_commands, has_curves, has_pace
+from pendulum_twin.hysteresis import make_elements
+from pendulum_twin.law_curves import bend_commands
 from pendulum_twin.machine_code import compile_cached
 from pendulum_twin.motion import MOVING, advance_step, follow_path
-from pendulum_twin.parameter_vector import CART_VISCOUS, FORCE_PER_PWM, LAWS, MASS
+from pendulum_twin.parameter_vector import FORCE_PER_PWM
+from pendulum_twin.placing import keep_paths, place_block
 from pendulum_twin.stick_slip import compute_margins, cut_step, find_modes, get_sign
 
 WIDTH = 16
@@ -55,7 +61,6 @@ LONGEST_STEP_S = 1e-3
 apply_command_filters = compose.compose_filters(of_command=True)
 apply_drive_filters = compose.compose_filters(of_command=False)
 is_frozen = compose.compose_holds()
-compute_pace = compose.compose_pace()
 
 
 def count_substeps(period_s: float, longest_s: float | None = None) -> int:
@@ -169,93 +174,50 @@ def _end_step(lanes, laws, p, resting):
 
 
 @compile_inner
-def _place_lane(theta, start_state, path_memory, h, p, i, width):
-    """Place the start of a run in lane i: both joints move, and no force acts yet.
-
-    h: s by the stamps, a substep.
-    """
-    for k in range(LAWS):
-        p[k * width + i] = theta[k]
-    for k in range(4):
-        p[(X + k) * width + i] = start_state[k]
-    for k in range(compose.KEPT):
-        p[(PATH + k) * width + i] = path_memory[k]
-    put_four(p, CART_WAY, i, width, MOVING)
-    put_four(p, FORCE, i, width, (0.0, 0.0, 0.0, 0.0))
-    p[EVEN_H * width + i] = h * compute_pace(p, i, width)
-    p[H * width + i] = p[EVEN_H * width + i]
+def _show_states(lanes, first, n, p, out):
+    """Fill sample n of out with the states of the block's lanes, the first lane and on."""
+    width = len(lanes)
+    for i in range(min(width, len(out) - first)):
+        for k in range(4):
+            out[first + i, n, k] = p[(X + k) * width + i]
 
 
 @compile_inner
-def _place_block(
-    first, measured, block, begin, first_step, starts, path_memory, theta, set_of, h, p
-):
-    """Place the lanes from the first on in the block; return whether a law changes a clock's pace.
-
-    first: lane; block, p: see `block.py`. The other arguments are those of `integrate_lanes`.
-    """
-    width = len(block.lane)
-    paced, block.curved[width] = False, False
-    for i in range(width):
-        lane = min(first + i, len(set_of) - 1)
-        own = theta[set_of[lane]]
-        block.lane[i], block.row[i] = lane, set_of[lane]
-        block.at[i], block.done[i] = begin[lane], first_step[lane]
-        block.constants[0, i], block.constants[1, i] = own[MASS], own[CART_VISCOUS]
-        _place_lane(own, starts[lane], path_memory[lane], h, p, i, width)
-        block.curved[i] = measured is not None and has_curves(own)
-        block.curved[width] = block.curved[width] or block.curved[i]
-        paced = paced or (measured is not None and has_pace(own))
-        if measured is not None and len(measured) > 1:
-            place_elements(own, path_memory[lane, compose.KEPT :], block.elements, i)
-    return paced
-
-
-@compile_inner
-def _keep_paths(first, count, measured, block, path_memory, p, width):
-    """Fill path_memory with what the block's lanes remember; the arguments of `_place_block`."""
-    for i in range(min(width, count - first)):
-        for k in range(compose.KEPT):
-            path_memory[first + i, k] = p[(PATH + k) * width + i]
-        if measured is not None and len(measured) > 1:
-            keep_strains(block.elements, i, path_memory[first + i, compose.KEPT :])
-
-
-@compile_inner
-def _hold_paces(lanes, block, step, theta, p):
+def _hold_paces(lanes, places, step, theta, p):
     """Set each lane's step, s, by its clock's measured pace; step: substeps since the starts."""
     width = len(lanes)
     for i in range(width):
-        hold_pace(theta[block.row[i]], p, i, width, block.done[i] + step)
+        hold_pace(theta[places[ROW, i]], p, i, width, places[DONE, i] + step)
 
 
 @compile_inner
-def _drive_lanes(lanes, drives, drive_of, block, step, p):
+def _drive_lanes(lanes, drives, drive_of, places, step, p):
     """Set the drive's force on every lane over the next step; the arguments of `integrate_lanes`.
 
     step: substeps since the lanes' starts.
     """
     width = len(lanes)
     for i in range(width):
-        drive = drives[drive_of[block.lane[i]], block.at[i] + step]
+        drive = drives[drive_of[places[LANE, i]], places[AT, i] + step]
         p[FORCE * width + i] = drive * p[FORCE_PER_PWM * width + i]
 
 
 @compile_inner
-def _hold(lanes, laws, measured, block, counts, step, theta, p):
-    """Set what effects and measured laws of every lane do evenly over the next step.
+def _hold(lanes, laws, measured, curved, places, step, theta, p):
+    """Set what effects and measured curves of every lane do evenly over the next step.
 
+    curved: whether any lane has measured curves.
     step: substeps since the lanes' starts.
     """
     width = len(lanes)
     # Each branch asks anew: numba 0.59 drops a branch only where its own condition says so.
     if laws is not None and len(laws) > 1:
         for i in range(width):
-            mass, viscous = block.constants[0, i], block.constants[1, i]
-            hold_effects(p, i, width, laws, block.done[i] + step, mass, viscous)
+            mass, viscous = p[OWN_MASS * width + i], p[OWN_VISCOUS * width + i]
+            hold_effects(p, i, width, laws, places[DONE, i] + step, mass, viscous)
     if measured is not None:
         evenly = laws is not None and len(laws) > 1
-        if not block.curved[width]:  # lanes without curves are computed side by side
+        if not curved:  # lanes without curves are computed side by side
             for i in range(width):
                 pushed = p[PUSHED * width + i] if evenly else 0.0
                 hold_no_curves(p, i, width, pushed, p[CART_DRY * width + i] if evenly else 0.0)
@@ -263,27 +225,23 @@ def _hold(lanes, laws, measured, block, counts, step, theta, p):
             for i in range(width):
                 pushed = p[PUSHED * width + i] if evenly else 0.0
                 held_dry = p[CART_DRY * width + i] if evenly else 0.0
-                if block.curved[i]:
-                    own, done = theta[block.row[i]], block.done[i] + step
+                if p[CURVED * width + i] > 0.0:
+                    own, done = theta[places[ROW, i]], places[DONE, i] + step
                     hold_measured_laws(own, p, i, width, done, pushed, held_dry)
                 else:
                     hold_no_curves(p, i, width, pushed, held_dry)
-    if measured is not None and len(measured) > 1:
-        hold_hysteresis(block, counts, p, width)
 
 
 @compile_inner
-def _react(lanes, laws, measured, block, counts, p):
-    """Let every lane remember what its last step did to path, drive and strains."""
+def _react(lanes, laws, p):
+    """Let every lane remember what its last step did to path and drive."""
     width = len(lanes)
     if laws is not None and len(laws) > 1:
         for i in range(width):
             follow_path(PATH, p[X * width + i] - p[X_BEFORE * width + i], p, i, width)
     if laws is not None and len(laws) > 3:
         for i in range(width):
-            react_to_motion(p, i, width, block.constants[0, i])
-    if measured is not None and len(measured) > 1:
-        follow_block_strains(block, counts, p, width)
+            react_to_motion(p, i, width, p[OWN_MASS * width + i])
 
 
 @compile_cached
@@ -325,25 +283,25 @@ def integrate_lanes(
     """
     width = len(lanes)
     count, samples = out.shape[0], out.shape[1]
-    p = np.empty(ROWS * width)
+    p, places = np.empty(ROWS * width), np.empty((4, width), dtype=np.int64)
     remembers = measured is not None and len(measured) > 1
-    block = make_block(width, remembers)
-    counts = 0, 0
+    elements, listed, moves, loads = make_elements(width, remembers)
     for first in range(0, count, width):
-        paced = _place_block(
-            first, measured, block, begin, first_step, starts, path_memory, theta, set_of, h, p
-        )
-        if remembers:
-            counts = list_elements(block.elements, block.listed)
+        curved, paced, counts = place_block(
+            first, measured, begin, first_step, starts, path_memory, theta, set_of, h, places,
+            elements, listed, p,
+        )  # fmt: skip
         for n in range(samples):
-            for i in range(min(width, count - first)):
-                for k in range(4):
-                    out[first + i, n, k] = p[(X + k) * width + i]
+            _show_states(lanes, first, n, p, out)
             for step in range(n * sub, (n + 1) * sub if n < samples - 1 else n * sub):
                 if paced:
-                    _hold_paces(lanes, block, step, theta, p)
-                _drive_lanes(lanes, drives, drive_of, block, step, p)
-                _hold(lanes, laws, measured, block, counts, step, theta, p)
+                    _hold_paces(lanes, places, step, theta, p)
+                _drive_lanes(lanes, drives, drive_of, places, step, p)
+                _hold(lanes, laws, measured, curved, places, step, theta, p)
+                if remembers:
+                    hold_hysteresis(elements, listed, counts, moves, loads, p, width)
                 _advance(lanes, laws, dry, p)
-                _react(lanes, laws, measured, block, counts, p)
-        _keep_paths(first, count, measured, block, path_memory, p, width)
+                _react(lanes, laws, p)
+                if remembers:
+                    strain_elements(elements, listed, counts, moves, p, width)
+        keep_paths(first, count, measured, elements, path_memory, p, width)

@@ -40,6 +40,7 @@ SOURCES = (
     "motion.py",
     "parameter_vector.py",
     "path_memory.py",
+    "placing.py",
     "reactions.py",
     "sensors.py",
     "stick_slip.py",
