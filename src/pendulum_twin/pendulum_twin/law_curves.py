@@ -266,8 +266,10 @@ def convert_positions(states, row_of, theta, undo):
     theta: (sets, SIZE).
     undo: whether the errors are taken away instead.
     """
+    row, p = 0, theta[0]
     for n in range(len(states)):
-        p = theta[row_of[n]]
+        if row_of[n] != row:
+            row, p = row_of[n], theta[row_of[n]]
         x, th, v, w = states[n, 0], states[n, 1], states[n, 2], states[n, 3]
         if undo:
             x, v, th, w = _find_positions(p, x, v, th, w)

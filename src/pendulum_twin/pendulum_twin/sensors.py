@@ -44,8 +44,10 @@ def _convert_states(states, t, row_of, theta, active, undo):  # type: ignore[no-
     t: (n,) s by the stamps; row_of: (n,) row of theta of each state.
     undo: whether the effects are taken away instead.
     """
+    row, p = 0, theta[0]
     for n in range(len(states)):
-        p = theta[row_of[n]]
+        if row_of[n] != row:  # a row is taken once: taking it costs as much as all else here
+            row, p = row_of[n], theta[row_of[n]]
         x, th, v, w = states[n, 0], states[n, 1], states[n, 2], states[n, 3]
         if undo:
             x, v, th, w = _undo(x, v, th, w, t[n], p, active)
