@@ -46,6 +46,7 @@ class RigClient:
         while the rig has stated none.
 
     Raises BadInputError when the namespace is not valid or ROS cannot run. `close` it after use.
+    This process speaks UDP with ROS from then on (`pendulum_twin.nodes.transport`).
     """
 
     def __init__(self, namespace: str) -> None:
