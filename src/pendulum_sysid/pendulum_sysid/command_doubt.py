@@ -41,11 +41,35 @@ class CommandDoubt:
         """Return what each option costs beyond the chosen option, nats, (k, options)."""
         return self.costs - self.costs[np.arange(len(self)), self.chosen][:, None]
 
+    def choose_where_possible(self, options: Ints) -> CommandDoubt:
+        """Return the doubt with these options (k,) chosen where they are possible."""
+        possible = np.flatnonzero(np.isfinite(self.costs[np.arange(len(self)), options]))
+        return self.choose(possible, options[possible])
+
+    def find_most(self, gains: Floats) -> float:
+        """Return the most nats that the motion can speak for options, beyond their costs.
+
+        gains: (k, options) nats by which the motion speaks for each option.
+        """
+        return float(np.sum(np.max(gains - self.costs, axis=1)))
+
     def choose(self, which: Ints, options: Ints) -> CommandDoubt:
         """Return the doubt with other options chosen at the rows `which`."""
         chosen = self.chosen.copy()
         chosen[which] = options
         return replace(self, chosen=chosen)
+
+    def pick_doubtful(self) -> CommandDoubt | None:
+        """Return the samples that have more than one option; None if none has."""
+        doubtful = np.isfinite(self.costs).sum(axis=1) > 1
+        if not doubtful.any():
+            return None
+        return CommandDoubt(
+            self.samples[doubtful],
+            self.values[doubtful],
+            self.costs[doubtful],
+            self.chosen[doubtful],
+        )
 
     def put_into(self, command: Floats) -> Floats:
         """Return the commands (n,) of a recording with the chosen options at their samples."""

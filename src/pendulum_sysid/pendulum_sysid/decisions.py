@@ -206,6 +206,7 @@ COMMAND_JUMP_SHARE = 0.02  # of largest command; a missing one that may be off b
 COMMAND_SPREAD = 0.1  # periods; stamps of commands this near their clock are even
 SAME_RATE = 0.02  # of period; commands that answer samples come at their rate
 COMMAND_CLOCK_OFF = 0.4  # periods; by which the clock of the samples may be off
+SOONEST_S = 3e-4  # s; from taking to receiving at most, of the sample that takes least
 COMMAND_MIDWAY = 0.3  # periods; a command this near the middle of two samples is in doubt
 COMMAND_SIDE = 6  # samples; on either side that a jump is seen against; 4 to 14 do alike
 COMMAND_MOVED_NATS = 4.0  # nats; by which the cart must speak for the other sample at the middle
@@ -219,7 +220,6 @@ LONGEST_LATENCY_S = 1.0  # s; from publishing to receiving; a longer time is of 
 COMMAND_DIFFERS = 0.01  # of full PWM; from which on a sent command is another command
 COMMAND_CROSSING_S = 0.005  # s; by which a command may be sent after it is chosen
 COMMAND_MOST_DIFFER = 0.05  # of samples; that may differ where nothing is wrong
-COMMAND_SAME_S = 0.5  # s; two intervals of other commands that are nearer count as one interval
 COMMAND_HOLDS_S = 10.0  # s; an older last command belongs to another clock
 
 # Does the rig answer, stand still, or repeat itself?

@@ -9,6 +9,7 @@ from support.paths import ROOT
 
 from pendulum_sysid.cleaning.acting_samples import settle_commands
 from pendulum_sysid.cleaning.clean import clean_recording
+from pendulum_sysid.cleaning.command_arrivals import list_arrivals, list_clock_errors
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.reading.bag import read_bag
 from pendulum_twin.model import load_twin
@@ -28,9 +29,10 @@ def test_samples_that_will_be_left_out_ask_for_no_command() -> None:
     every = np.ones(COUNT, dtype=bool)
     signals = Signals(PERIOD_S, np.zeros(COUNT), 0.1 * np.sin(clock), None, every, every)
     stamps = clock[::100] + np.random.default_rng(1).uniform(0.0, 5e-3, COUNT // 100)
-    commands = np.sin(stamps)
-    settled, doubt = settle_commands(signals, refuse, np.sort(stamps), commands)
-    assert doubt is None and set(settled.command) <= {0.0, *commands}
+    arrivals = list_arrivals(signals, np.sort(stamps), np.sin(stamps))
+    clocks = list_clock_errors(False, PERIOD_S)
+    settled, doubt = settle_commands(signals, refuse, arrivals, clocks)
+    assert doubt is None and settled is signals
 
 
 def test_a_cart_that_friction_holds_moves_no_command(tmp_path: Path) -> None:

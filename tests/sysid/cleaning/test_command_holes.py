@@ -94,3 +94,15 @@ def test_a_rig_that_moves_as_if_commanded_before_the_first_command_is_left_out()
     [(begin_s, end_s)] = find_gaps(raw)
     assert begin_s == pytest.approx(0.0, abs=0.02) and end_s == pytest.approx(2.2, abs=0.02)
     assert clean_recording(raw).signals.clock_s[0] == pytest.approx(2.2, abs=0.03)
+
+
+def test_a_driver_that_falls_silent_leaves_a_hole() -> None:
+    """It publishes unevenly, several commands a sample: another program may have spoken."""
+    random = np.random.default_rng(1)
+    stamps = np.sort(random.uniform(0.0, AT[-1], 3 * len(AT)))
+    stamps = stamps[(stamps < 12.0) | (stamps > 12.3)]
+    held = np.searchsorted(AT, stamps, side="right") - 1
+    command = RAW.command[held]
+    raw = RawRecording("made", "sha256:1", AT, RAW.cart, RAW.pole, stamps, command)
+    [(begin_s, end_s)] = find_gaps(raw)
+    assert begin_s == pytest.approx(12.0, abs=0.02) and end_s == pytest.approx(12.5, abs=0.02)

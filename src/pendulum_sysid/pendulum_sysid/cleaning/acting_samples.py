@@ -16,6 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import orth
 from scipy.ndimage import correlate1d, maximum_filter1d
 
 from pendulum_sysid import decisions
@@ -24,7 +25,7 @@ from pendulum_sysid.cleaning.cart_balance import (
     list_other_forces,
     make_second_differences,
 )
-from pendulum_sysid.cleaning.clock import hold_commands
+from pendulum_sysid.cleaning.command_arrivals import ClockError, ClockErrors, CommandArrivals
 from pendulum_sysid.cleaning.drive_curve import DriveCurve, fit_drive_curve
 from pendulum_sysid.cleaning.reducing import is_too_fast
 from pendulum_sysid.cleaning.smooth_state import SmoothState
@@ -33,57 +34,54 @@ from pendulum_sysid.command_doubt import CommandDoubt
 from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.signals import Signals
 
-SHIFTS = 17  # tried from end to end of COMMAND_CLOCK_OFF: a twentieth of a period apart
-MOST_BETWEEN = 8  # commands between two samples; of a longer burst no time is believed
 PASSES = 50  # at most: commands that were settled change how their neighbours are weighed
-SPREAD_OF_NORMAL = 1.4826  # standard deviation over median absolute deviation
+# of normal errors: a share of them, and the standard deviations within which it lies
+QUANTILES_OF_NORMAL = ((0.5, 0.674), (0.9, 1.645), (0.98, 2.326))
 
 
 def settle_commands(
     signals: Signals,
     smoothed: Callable[[], SmoothState],
-    stamps: Floats,
-    commands: Floats,
+    arrivals: CommandArrivals,
+    clocks: ClockErrors,
 ) -> tuple[Signals, CommandDoubt | None]:
     """Return the signals with each command that came midway at the sample from which it acted.
 
     Returns the commands that are in doubt, too; None where there are none.
 
-    First all commands answer together by how much the samples' clock is off; then each command
-    that came midway between two samples answers for itself. At rates of which samples will
-    be left out, commands stay at the nearest sample.
+    All commands together say by how much the samples' clock is off; then each command that came
+    midway between two samples answers for itself, and the clock is asked again beside them. At
+    rates of which samples will be left out, commands stay at the nearest sample.
 
-    signals: with a cart.
+    signals: with a cart, and with commands as they count if the clock is off as expected.
     smoothed: returns the smoothed motion; is called only where a command is in doubt, for
         smoothing takes time.
-    stamps, commands: (m,) when each command came, s, rising, and its value.
+    arrivals: when commands came.
+    clocks: by how much the samples' clock may be off.
     """
-    since = (stamps - stamps[0]) / max(stamps[-1] - stamps[0], signals.period_s) - 0.5
-
-    def hold(shift: float, drift: float) -> Floats:
-        """Return the commands (n,) if all had come later: by so many periods, and a drift."""
-        later = stamps + (shift + drift * since) * signals.period_s
-        return hold_commands(signals.clock_s, signals.period_s, later, commands, nearest=True)
-
-    far = decisions.COMMAND_CLOCK_OFF
-    if is_too_fast(signals) or np.array_equal(hold(-far, 0.0), hold(far, 0.0)):
-        return replace(signals, command=hold(0.0, 0.0)), None
-    balance = _make_balance(replace(signals, command=hold(0.0, 0.0)), smoothed())
-    shift, drift = _find_shift(balance, hold)
-    signals = replace(signals, command=hold(shift, drift))
-    later = stamps + (shift + drift * since) * signals.period_s
-    doubt = _find_doubt(signals, later, commands)
-    if doubt is None:
+    expected = signals.command
+    if is_too_fast(signals) or not arrivals.leave_doubt:
         return signals, None
+    balance = _make_balance(signals, smoothed())
+
+    def measure(clock: ClockError) -> float:
+        return balance.measure(arrivals.weigh(clock).put_into(expected))
+
+    clock = clocks.search(measure, clocks.expected)
+    doubt = arrivals.weigh(clock)
     for _ in range(PASSES):
-        net = _weigh(signals, balance, doubt) - doubt.added_costs
+        signals = replace(signals, command=doubt.put_into(signals.command))
+        gains = balance.weigh(signals.command, doubt)
+        clock = arrivals.find_clock_error(gains, clocks, clock)
+        doubt = arrivals.weigh(clock).choose_where_possible(doubt.chosen)
+        net = gains - doubt.added_costs
         options = np.argmax(net, axis=1)
         which = _list_best(doubt.samples, np.max(net, axis=1), len(signals))
         if not len(which):
             break
         doubt = doubt.choose(which, options[which])
-        signals = replace(signals, command=doubt.put_into(signals.command))
-    return signals, doubt
+    signals = replace(signals, command=doubt.put_into(signals.command))
+    return signals, doubt.pick_doubtful()
 
 
 def _list_best(samples: Ints, gains: Floats, count: int) -> Ints:
@@ -105,118 +103,86 @@ def _find_slow(state: SmoothState) -> Mask:
     return reached
 
 
-def _find_doubt(signals: Signals, stamps: Floats, commands: Floats) -> CommandDoubt | None:
-    """Return which commands are in doubt, the commands at the nearest sample chosen.
-
-    Of the commands that came between a sample and the next sample, some acted from the sample and
-    the others from the next: an option is how many, and its cost grows with how far from the
-    middle they are parted.
-    """
-    changes = np.diff(commands, prepend=np.nan) != 0.0  # a driver may send a command again
-    stamps, commands = stamps[changes], commands[changes]
-    clock, period_s = signals.clock_s, signals.period_s
-    first = np.searchsorted(stamps, clock, side="right")
-    count = np.searchsorted(stamps, clock + period_s, side="left") - first
-    rows = np.flatnonzero((count > 0) & (first > 0))
-    options = np.arange(min(int(np.max(count[rows], initial=0)), MOST_BETWEEN) + 1)
-    first, count = first[rows, None], count[rows, None]
-    following = np.minimum(first + options, len(stamps) - 1)
-    came = np.where(options < count, (stamps[following] - clock[rows, None]) / period_s, 1.0)
-    since = np.column_stack([np.zeros(len(rows)), came[:, :-1]])
-    apart = np.maximum(since - 0.5, 0.0) + np.maximum(0.5 - came, 0.0)
-    apart[options > count] = np.inf
-    dear = decisions.COMMAND_MOVED_NATS + decisions.COMMAND_FARTHER_NATS * apart
-    costs = np.where(apart < decisions.COMMAND_MIDWAY, dear, np.inf)
-    nearest = np.argmin(apart, axis=1)
-    costs[np.arange(len(rows)), nearest] = 0.0
-    doubtful = np.isfinite(costs).sum(axis=1) > 1
-    doubtful &= count[:, 0] <= MOST_BETWEEN
-    if not doubtful.any():
-        return None
-    values = np.where(
-        np.isfinite(costs), commands[np.minimum(first + options, len(commands)) - 1], 0.0
-    )
-    return CommandDoubt(
-        rows[doubtful], values[doubtful], costs[doubtful], nearest[doubtful].astype(np.int64)
-    )
-
-
 @dataclass(frozen=True)
 class Balance:
-    """Hold what the cart's acceleration is explained by, beside the command.
+    """Hold what is left of the cart's acceleration beside all forces but the drive's.
 
     rows: (rows,) samples that the balance is fitted to.
-    target: (n,) m/s^2.
-    others: (n, columns) of all other forces.
+    basis: (rows, columns) orthonormal, of all other forces.
+    target: (rows,) m/s^2, without what the other forces explain.
     drive: what the drive makes of commands.
     late: whole samples by which the command comes late.
     slow: (n,) whether a filter reaches a cart that hardly moves, which dry friction holds.
     """
 
     rows: Ints
+    basis: Floats
     target: Floats
-    others: Floats
     drive: DriveCurve
     late: int
     slow: Mask
 
     def explain(self, command: Floats) -> tuple[Floats, float]:
-        """Return the acceleration that is left, (n,), m/s^2, and that per unit of the drive."""
+        """Return the acceleration that is left, (rows,), m/s^2, and that per unit of the drive."""
         # second differences show by half a command of this sample and of the sample before
         driven = self.drive.answer(command)
         answer = np.roll(correlate1d(driven, [0.5, 0.5, 0.0], mode="nearest"), self.late)
-        columns = np.column_stack([answer, self.others])
-        weights = np.linalg.lstsq(columns[self.rows], self.target[self.rows], rcond=None)[0]
-        return self.target - columns @ weights, float(weights[0])
+        answer = _take_out(self.basis, answer[self.rows])
+        square = float(answer @ answer)
+        per_drive = float(answer @ self.target) / square if square else 0.0
+        return self.target - per_drive * answer, per_drive
+
+    def measure(self, command: Floats) -> float:
+        """Return the log likelihood of a command, nats, up to a constant."""
+        left = float(np.std(self.explain(command)[0]))
+        return -len(self.rows) * math.log(max(left, 1e-300))
+
+    def weigh(self, command: Floats, doubt: CommandDoubt) -> Floats:
+        """Return the gain of log likelihood, nats, by each option, (k, options).
+
+        A cart that hardly moves says nothing: dry friction holds it.
+
+        command: (n,) with the chosen options of the doubt.
+        """
+        left, per_drive = self.explain(command)
+        usable = np.zeros(len(command))
+        usable[self.rows] = left
+        jumps = correlate1d(usable, _make_filter(), mode="constant")
+        moving = np.abs(jumps[self.rows[~self.slow[self.rows]]])
+        noise = _measure_noise(moving) or np.inf
+        jumps = np.roll(jumps, -self.late)[doubt.samples]
+        driven = self.drive.answer(doubt.values.ravel()).reshape(doubt.values.shape)
+        lacking = per_drive * (driven - self.drive.answer(command[doubt.samples])[:, None])
+        gains: Floats = lacking * (2 * jumps[:, None] - lacking) / (2 * noise**2)
+        return np.where(self.slow[doubt.samples][:, None], 0.0, gains)
 
 
 def _make_balance(signals: Signals, state: SmoothState) -> Balance:
     assert signals.cart is not None
     rows = _list_rows(signals)
-    target = differentiate_twice(signals.cart, signals.period_s, 1)
-    others = list_other_forces(signals, state, 1)
+    basis = orth(list_other_forces(signals, state, 1)[rows])
+    target = _take_out(basis, differentiate_twice(signals.cart, signals.period_s, 1)[rows])
     drive = fit_drive_curve(signals.command, make_second_differences(signals, state))
     latest = round(decisions.ANSWER_LATEST_S / signals.period_s)
     slow = _find_slow(state)
-    balances = [Balance(rows, target, others, drive, late, slow) for late in range(latest + 1)]
-    return min(balances, key=lambda each: np.std(each.explain(signals.command)[0][rows]))
+    balances = [Balance(rows, basis, target, drive, late, slow) for late in range(latest + 1)]
+    return max(balances, key=lambda balance: balance.measure(signals.command))
 
 
-def _find_shift(balance: Balance, hold: Callable[[float, float], Floats]) -> tuple[float, float]:
-    """Return shift and drift of the commands, periods, at which they explain the cart best."""
-
-    def measure(shift: float, drift: float) -> float:
-        left = float(np.std(balance.explain(hold(shift, drift))[0][balance.rows]))
-        return len(balance.rows) * math.log(max(left, 1e-300))  # nats, up to a constant
-
-    far = decisions.COMMAND_CLOCK_OFF
-    steps = [0.0, *np.linspace(-far, far, SHIFTS).tolist()]
-    at_stamps = measure(0.0, 0.0)
-    shift = min(steps, key=lambda shift: measure(shift, 0.0))
-    drift = min(steps, key=lambda drift: measure(shift, drift))
-    shift = min(steps, key=lambda shift: measure(shift, drift))
-    farther = decisions.COMMAND_FARTHER_NATS * (abs(shift) + abs(drift))
-    gain = at_stamps - measure(shift, drift)
-    return (shift, drift) if gain > decisions.COMMAND_MOVED_NATS + farther else (0.0, 0.0)
+def _take_out(basis: Floats, values: Floats) -> Floats:
+    """Return values (rows,) without what an orthonormal basis (rows, columns) explains."""
+    return values - basis @ (basis.T @ values)
 
 
-def _weigh(signals: Signals, balance: Balance, doubt: CommandDoubt) -> Floats:
-    """Return the gain of log likelihood, nats, by each option, (k, options).
+def _measure_noise(sizes: Floats) -> float:
+    """Return the standard deviation of the normal errors that are as large; 0 without any.
 
-    A cart that hardly moves says nothing: dry friction holds it.
+    sizes: (k,) magnitudes; where the forces are incomplete, a few are far larger than the median
+        says.
     """
-    left, per_drive = balance.explain(signals.command)
-    usable = np.zeros(len(left))
-    usable[balance.rows] = left[balance.rows]
-    jumps = correlate1d(usable, _make_filter(), mode="constant")
-    moving = np.abs(jumps[balance.rows[~balance.slow[balance.rows]]])
-    noise = (SPREAD_OF_NORMAL * float(np.median(moving)) if moving.size else 0.0) or np.inf
-    jumps = np.roll(jumps, -balance.late)[doubt.samples]
-    answer = balance.drive.answer
-    driven = answer(doubt.values.ravel()).reshape(doubt.values.shape)
-    lacking = per_drive * (driven - answer(signals.command[doubt.samples])[:, None])
-    gains: Floats = lacking * (2 * jumps[:, None] - lacking) / (2 * noise**2)
-    return np.where(balance.slow[doubt.samples][:, None], 0.0, gains)
+    if not len(sizes):
+        return 0.0
+    return max(float(np.quantile(sizes, at)) / size for at, size in QUANTILES_OF_NORMAL)
 
 
 def _list_rows(signals: Signals) -> Ints:

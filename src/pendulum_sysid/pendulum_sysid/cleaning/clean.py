@@ -22,6 +22,7 @@ from pendulum_sysid.cleaning.clock import (
     resample,
 )
 from pendulum_sysid.cleaning.command_answer import is_moved_uncommanded, measure_unexplained
+from pendulum_sysid.cleaning.command_arrivals import list_arrivals, list_clock_errors
 from pendulum_sysid.cleaning.command_holes import (
     Holes,
     find_command_holes,
@@ -63,6 +64,7 @@ DETECTORS: tuple[Detector, ...] = (
     detect_other_command,
 )
 SPIKE_ECHO_PERIODS = 1.5  # a position's spike echoes in the velocity that was computed from it
+OTHER_COMMAND_S = 0.5  # intervals of other commands that are nearer are told as one interval
 
 
 def clean_recording(raw: RawRecording) -> Recording:
@@ -102,7 +104,7 @@ def clean_recording(raw: RawRecording) -> Recording:
         samples = leave_out_holes(samples, Holes(holes.raw, silent_s))
         signals = _put_on_one_clock(samples)
     faults += list_faults(replace(holes, intervals_s=(*holes.intervals_s, *silent_s)))
-    commanded, spread_s, doubt = _set_command_times(samples, signals)
+    commanded, spread_s, doubt = _set_command_times(samples, signals, retimed.placed)
     commanded = reduce_rate(commanded)
     rates = _resample_velocities(samples, commanded)
     return Recording(
@@ -126,11 +128,13 @@ def _find_uncommanded(signals: Signals, intervals_s: tuple[Interval, ...]) -> tu
 
 
 def _set_command_times(
-    samples: Samples, signals: Signals
+    samples: Samples, signals: Signals, placed: bool
 ) -> tuple[Signals, float, CommandDoubt | None]:
     """Return the signals with commands at the times at which they acted, and their spread, s.
 
     Returns the commands that are in doubt, too; None where there are none.
+
+    placed: whether samples and commands stand on one clock.
     """
     if signals.cart is None or not np.any(signals.command):
         return signals, 0.0, None
@@ -146,13 +150,17 @@ def _set_command_times(
     if parts > 1:
         return _hold_parts(raw, signals, parts), spread_s, None
     retimed = signals if raw is samples.raw else _hold(raw, signals)
-    settled, doubt = settle_commands(signals, smoothed, *_list_commands(raw))
-    answering = _hold(raw, signals, nearest=True)
-    if np.array_equal(answering.command, retimed.command):
+    arrivals = list_arrivals(signals, *_list_commands(raw))
+    clocks = list_clock_errors(placed, signals.period_s)
+    unsettled = arrivals.weigh(clocks.expected)
+    nearest = _hold(raw, signals, nearest=True)
+    answering = replace(nearest, command=unsettled.put_into(nearest.command))
+    settled, doubt = settle_commands(answering, smoothed, arrivals, clocks)
+    if np.array_equal(nearest.command, retimed.command):
         return settled, spread_s, doubt
     best = min((settled, answering), key=measure)
     if measure(best) < decisions.ANSWERS_RATIO * measure(retimed):
-        return best, spread_s, doubt if best is settled else None
+        return best, spread_s, doubt if best is settled else unsettled.pick_doubtful()
     return retimed, spread_s, None
 
 
@@ -260,7 +268,7 @@ def _list_findings(faults: Iterable[Fault], period_s: float) -> tuple[QualityFin
         notes.setdefault(fault.kind, []).extend([fault.note] if fault.note else [])
     slack_s = {
         "spike": SPIKE_ECHO_PERIODS * period_s,
-        "other_command": decisions.COMMAND_SAME_S,
+        "other_command": OTHER_COMMAND_S,
     }
     findings = []
     for kind, faulty in sorted(intervals.items()):

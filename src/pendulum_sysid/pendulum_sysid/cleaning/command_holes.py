@@ -2,8 +2,10 @@
 
 A publisher that sends a command each period leaves a hole when messages are lost or it stops. A
 few missing commands are interpolated. Over a longer hole nothing is known, unless 0 was commanded
-before it: a rig whose commands end with 0 is left alone. A publisher that sends changes only has
-no period, and leaves no holes.
+before it: a rig whose commands end with 0 is left alone. A driver on a busy computer publishes
+unevenly, and often several commands a sample; where it falls silent for longer than a few samples,
+another program may have spoken (a companion that sends 0), and the command is unknown as well. A
+publisher that sends changes only has no period, and leaves no holes.
 """
 
 from __future__ import annotations
@@ -18,7 +20,7 @@ from pendulum_sysid.cleaning.detector import Fault, Interval, Samples
 from pendulum_sysid.cleaning.even_clock import find_even_clock
 from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.reading.raw import RawRecording
-from pendulum_twin.arrays import Floats
+from pendulum_twin.arrays import Floats, Ints
 
 
 @dataclass(frozen=True)
@@ -48,24 +50,43 @@ def find_command_holes(raw: RawRecording) -> Holes:
     if raw.cart is None or len(raw.command) < decisions.LEAST_SAMPLES:
         return Holes(raw)
     clock = find_even_clock(raw.command_stamp_s)
-    if clock is None:
-        return Holes(raw)
-    missing = np.diff(clock.numbers) - 1
+    if clock is not None:
+        period_s, missing = clock.period_s, np.diff(clock.numbers) - 1
+    else:
+        period_s, missing = _count_missing(raw)
     _check_enough(raw.command, missing)
     times, end_s = raw.command_stamp_s, float(raw.state_stamp_s[-1])
     long = np.flatnonzero(missing > decisions.LONGEST_FILL)
     holes = [(float(times[k]), float(times[k + 1]), float(raw.command[k])) for k in long]
-    if float(times[0]) > (decisions.LONGEST_FILL + 1) * clock.period_s:
-        holes.append((-clock.period_s, float(times[0]), 0.0))  # a margin of a period follows
-    if end_s - float(times[-1]) > (decisions.LONGEST_FILL + 1) * clock.period_s:
+    if float(times[0]) > (decisions.LONGEST_FILL + 1) * period_s:
+        holes.append((-period_s, float(times[0]), 0.0))  # a margin of a period follows
+    if end_s - float(times[-1]) > (decisions.LONGEST_FILL + 1) * period_s:
         holes.append((float(times[-1]), end_s, float(raw.command[-1])))
     jumps = _find_jumps(raw.command, missing)
     return Holes(
         _interpolate(raw, missing),
-        tuple(_add_margins(hole, clock.period_s) for hole in holes if hole[2] != 0.0),
-        tuple((float(times[k]) + clock.period_s, float(times[k + 1])) for k in jumps),
-        tuple(_add_margins(hole, clock.period_s) for hole in holes if hole[2] == 0.0),
+        tuple(_add_margins(hole, period_s) for hole in holes if hole[2] != 0.0),
+        tuple((float(times[k]) + period_s, float(times[k + 1])) for k in jumps),
+        tuple(_add_margins(hole, period_s) for hole in holes if hole[2] == 0.0),
     )
+
+
+def _count_missing(raw: RawRecording) -> tuple[float, Ints]:
+    """Return the samples' period (s), and how many of them each longer silence lasts, (m - 1,).
+
+    Infinite and none where the publisher does not send in each period again.
+    """
+    period_s = float(np.median(np.diff(raw.state_stamp_s)))
+    steps = np.diff(raw.command_stamp_s)
+    if np.median(steps) > period_s or not _sends_again(raw.command):
+        return np.inf, np.zeros(len(steps), dtype=np.int64)
+    missing = (steps / max(period_s, 1e-9)).astype(np.int64) - 1
+    return period_s, np.where(missing > decisions.LONGEST_FILL, missing, 0)
+
+
+def _sends_again(command: Floats) -> bool:
+    """Return whether a publisher sends commands that did not change."""
+    return bool(np.any(command[1:] == command[:-1]))
 
 
 def _add_margins(hole: tuple[float, float, float], period_s: float) -> Interval:
@@ -112,7 +133,7 @@ def list_faults(holes: Holes) -> tuple[Fault, ...]:
     return (Fault("gap", intervals_s, note),) if intervals_s else ()
 
 
-def _find_jumps(command: Floats, missing: np.ndarray) -> np.ndarray:
+def _find_jumps(command: Floats, missing: Ints) -> Ints:
     """Return the short holes (commands before them) over which no curve can be believed.
 
     The command departs there from the slopes on both sides by more than a share of its largest
@@ -126,11 +147,10 @@ def _find_jumps(command: Floats, missing: np.ndarray) -> np.ndarray:
     return short[0.5 * bend * (missing[short] + 1) > allowed]
 
 
-def _check_enough(command: Floats, missing: np.ndarray) -> None:
+def _check_enough(command: Floats, missing: Ints) -> None:
     """Raise UnusableRecording when too many commands are missing one by one."""
     single = int(missing[missing <= decisions.LONGEST_FILL].sum())
-    sends_each = bool(np.any(command[1:] == command[:-1]))  # or only changes would be sent
-    if sends_each and single > decisions.MOST_NOT_FINITE * (len(command) + single):
+    if _sends_again(command) and single > decisions.MOST_NOT_FINITE * (len(command) + single):
         raise UnusableRecording(
             f"expected a command each period, found {single} of {len(command) + single} missing "
             f"one by one: at most {decisions.MOST_NOT_FINITE:.0%} can be done without, for what "
@@ -139,7 +159,7 @@ def _check_enough(command: Floats, missing: np.ndarray) -> None:
         )
 
 
-def _interpolate(raw: RawRecording, missing: np.ndarray) -> RawRecording:
+def _interpolate(raw: RawRecording, missing: Ints) -> RawRecording:
     """Return the recording with a command in each short hole, on a curve through the others."""
     finite = np.isfinite(raw.command)
     short = (missing > 0) & (missing <= decisions.LONGEST_FILL)

@@ -15,6 +15,7 @@ from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.detector import Fault
 from pendulum_sysid.cleaning.even_clock import EvenClock, find_even_clock
 from pendulum_sysid.cleaning.paused_clock import find_paused_clock
+from pendulum_sysid.cleaning.received_clock import place_clock
 from pendulum_sysid.cleaning.wraps import TURN
 from pendulum_sysid.reading.raw import RawRecording
 from pendulum_twin.arrays import Floats, Mask
@@ -30,12 +31,14 @@ class Retimed:
     raw: the recording.
     rows: (samples,) False where a sample cannot be used.
     spread_s: by how much the time between samples and commands is unknown; 0 for right stamps.
+    placed: whether the times say when samples were received, as those of commands do.
     faults: what was wrong with the stamps.
     """
 
     raw: RawRecording
     rows: Mask
     spread_s: float = 0.0
+    placed: bool = False
     faults: tuple[Fault, ...] = ()
 
 
@@ -61,7 +64,11 @@ def retime_samples(raw: RawRecording, rows: Mask) -> Retimed:
         return Retimed(raw, _drop_equal_stamps(raw, rows))
     kept = rows.copy()
     kept[rows] = sure
-    return Retimed(_set_stamps(raw, rows, clock), kept, clock.spread_s, _list_faults(clock))
+    faults, spread_s = _list_faults(clock), clock.spread_s
+    received = raw.state_received_s
+    placed = None if received is None else place_clock(clock, received[rows])
+    retimed = _set_stamps(raw, rows, placed or clock)
+    return Retimed(retimed, kept, spread_s, placed is not None, faults)
 
 
 def _list_faults(clock: EvenClock) -> tuple[Fault, ...]:

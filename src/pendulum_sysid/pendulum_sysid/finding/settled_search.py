@@ -16,6 +16,7 @@ from pendulum_sysid.fitting.acting_commands import settle_by_twin
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.records import Split
 
+TURNS = 3  # at most: a search after which commands are settled begins again
 SETTLING = "asking from which samples on the commands acted"
 
 
@@ -32,10 +33,11 @@ def search_settled(
     quick = Search(replace(case, step_s=decisions.SEARCH_STEP_S), split)
     case = settle_by_twin(case, fit_parameters_alone(quick).theta)
     answer = search_effects(case, split, report)
-    if answer.best.choose <= decisions.MISFIT_AT_NOISE:
-        return case, answer
-    report(SETTLING)
-    settled = settle_by_twin(case, answer.best.theta)
-    if settled is case:
-        return case, answer
-    return settled, search_effects(settled, split, report)
+    for _ in range(TURNS):
+        report(SETTLING)
+        settled = settle_by_twin(case, answer.best.theta)
+        if settled is case:
+            break
+        case = settled
+        answer = search_effects(case, split, report)
+    return case, answer

@@ -122,14 +122,15 @@ def _make_recording(
     name: str, bag: BagFiles, contents: Contents, state_topic: str, command_topic: str
 ) -> RawRecording:
     states = contents.of(state_topic, STATE_TYPE, "--state-topic", needed=True)
-    stamps, columns, bad_states = decode_states(states, _decode_state)
-    if not any(joint in columns for joint in JOINTS):
+    decoded = decode_states(states, _decode_state)
+    stamps = decoded.stamps_ns
+    if not any(joint in decoded.channels for joint in JOINTS):
         raise UnusableRecording(
             f"expected positions of joints named cart or pole on {state_topic}, found "
             f"{list_joint_names(states, _decode_state)}: name the joints so, and give each a "
             "position"
         )
-    commands = _pick_commands(contents, command_topic, needed="cart" in columns)
+    commands = _pick_commands(contents, command_topic, needed="cart" in decoded.channels)
     command_times, command, bad_commands = decode_commands(commands, _decode_command)
     _check_same_clock(stamps, command_times, state_topic, command_topic)
     counted = bag.counted or contents.counted
@@ -146,8 +147,9 @@ def _make_recording(
         state_stamp_s=state_stamp_s,
         command_stamp_s=command_stamp_s,
         command=command,
-        **{channel: columns.get(channel) for channel in STATE_CHANNELS},
-        lost_messages=max(0, short) + bad_states + bad_commands,
+        **{channel: decoded.channels.get(channel) for channel in STATE_CHANNELS},
+        state_received_s=(decoded.received_ns - stamps[0]) / 1e9,
+        lost_messages=max(0, short) + decoded.undecodable + bad_commands,
         cut_short=not contents.whole and not (counted and short == 0),
         given_up="" if find_plan_outcome(bag) == PLAYED else find_plan_outcome(bag),
         damaged_parts=contents.damaged_parts,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,12 +15,25 @@ Decode = Callable[[bytes], Any]
 Messages = Iterable[tuple[int, bytes]]
 
 
-def decode_states(messages: Messages, decode: Decode) -> tuple[Ints, dict[str, Floats], int]:
-    """Return the header stamps (ns), the channels that hold values, and the undecodable messages.
+@dataclass(frozen=True)
+class States:
+    """Hold the joint states of (n,) messages.
 
-    Joints are found by name; NaN stands where a message lacks one.
+    stamps_ns: (n,) of their headers.
+    received_ns: (n,) when they were received.
+    channels: channel -> (n,) values; joints are found by name, NaN where a message lacks one.
+    undecodable: number of messages that could not be decoded.
     """
-    decoded, _, bad = _decoded(messages, decode)
+
+    stamps_ns: Ints
+    received_ns: Ints
+    channels: dict[str, Floats]
+    undecodable: int
+
+
+def decode_states(messages: Messages, decode: Decode) -> States:
+    """Return the joint states of all messages that can be decoded."""
+    decoded, times, bad = _decoded(messages, decode)
     stamps = [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in decoded]
     rows = [
         [
@@ -32,7 +46,8 @@ def decode_states(messages: Messages, decode: Decode) -> tuple[Ints, dict[str, F
     table = np.array(rows, dtype=np.float64).reshape(-1, len(STATE_CHANNELS)).T
     channels = dict(zip(STATE_CHANNELS, table, strict=True))
     present = {name: values for name, values in channels.items() if not np.all(np.isnan(values))}
-    return np.array(stamps, dtype=np.int64), present, bad
+    received = np.array(times, dtype=np.int64)
+    return States(np.array(stamps, dtype=np.int64), received, present, bad)
 
 
 def decode_commands(messages: Messages, decode: Decode) -> tuple[Ints, Floats, int]:

@@ -24,6 +24,8 @@ class RawRecording:
         twice.
     cart, pole: (n,) positions, m and rad; NaN where a message lacked the value or held no finite
         one; None when the recording has no such joint.
+    state_received_s: (n,) when each sample was received, s from the first sampling time, without
+        delays where the file tells them; None where nothing says so.
     cart_velocity, pole_velocity: (n,) as reported, m/s and rad/s; NaN and None as above.
     command_stamp_s: (m,) when each command was received, s from the first sampling time.
     command: (m,) PWM fraction, NaN where it was not finite; empty when there are no commands.
@@ -49,6 +51,7 @@ class RawRecording:
     command: Floats
     cart_velocity: Floats | None = None
     pole_velocity: Floats | None = None
+    state_received_s: Floats | None = None
     lost_messages: int = 0
     cut_short: bool = False
     given_up: str = ""
