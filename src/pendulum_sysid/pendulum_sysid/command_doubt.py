@@ -46,7 +46,7 @@ class CommandDoubt:
         possible = np.flatnonzero(np.isfinite(self.costs[np.arange(len(self)), options]))
         return self.choose(possible, options[possible])
 
-    def find_most(self, gains: Floats) -> float:
+    def sum_best_gains(self, gains: Floats) -> float:
         """Return the most nats that the motion can speak for options, beyond their costs.
 
         gains: (k, options) nats by which the motion speaks for each option.

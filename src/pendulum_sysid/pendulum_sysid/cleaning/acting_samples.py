@@ -25,7 +25,7 @@ from pendulum_sysid.cleaning.cart_balance import (
     list_other_forces,
     make_second_differences,
 )
-from pendulum_sysid.cleaning.command_arrivals import ClockError, ClockErrors, CommandArrivals
+from pendulum_sysid.cleaning.command_arrivals import ClockBounds, ClockError, CommandArrivals
 from pendulum_sysid.cleaning.drive_curve import DriveCurve, fit_drive_curve
 from pendulum_sysid.cleaning.reducing import is_too_fast
 from pendulum_sysid.cleaning.smooth_state import SmoothState
@@ -34,6 +34,7 @@ from pendulum_sysid.command_doubt import CommandDoubt
 from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.signals import Signals
 
+TURNS = 5  # at most: the clock is asked beside the commands that were settled
 PASSES = 50  # at most: commands that were settled change how their neighbours are weighed
 # of normal errors: a share of them, and the standard deviations within which it lies
 QUANTILES_OF_NORMAL = ((0.5, 0.674), (0.9, 1.645), (0.98, 2.326))
@@ -43,7 +44,7 @@ def settle_commands(
     signals: Signals,
     smoothed: Callable[[], SmoothState],
     arrivals: CommandArrivals,
-    clocks: ClockErrors,
+    bounds: ClockBounds,
 ) -> tuple[Signals, CommandDoubt | None]:
     """Return the signals with each command that came midway at the sample from which it acted.
 
@@ -57,7 +58,7 @@ def settle_commands(
     smoothed: returns the smoothed motion; is called only where a command is in doubt, for
         smoothing takes time.
     arrivals: when commands came.
-    clocks: by how much the samples' clock may be off.
+    bounds: by how much the samples' clock may be off.
     """
     expected = signals.command
     if is_too_fast(signals) or not arrivals.leave_doubt:
@@ -67,21 +68,34 @@ def settle_commands(
     def measure(clock: ClockError) -> float:
         return balance.measure(arrivals.weigh(clock).put_into(expected))
 
-    clock = clocks.search(measure, clocks.expected)
+    clock = bounds.search(measure, bounds.expected)
     doubt = arrivals.weigh(clock)
-    for _ in range(PASSES):
+    for _ in range(TURNS):
         signals = replace(signals, command=doubt.put_into(signals.command))
-        gains = balance.weigh(signals.command, doubt)
-        clock = arrivals.find_clock_error(gains, clocks, clock)
+        before = clock
+        clock = arrivals.find_clock_error(balance.weigh(signals.command, doubt), bounds, before)
         doubt = arrivals.weigh(clock).choose_where_possible(doubt.chosen)
-        net = gains - doubt.added_costs
+        doubt = _settle_each(signals.command, balance, doubt)
+        if clock == before:
+            break
+    signals = replace(signals, command=doubt.put_into(signals.command))
+    return signals, doubt.pick_doubtful()
+
+
+def _settle_each(command: Floats, balance: Balance, doubt: CommandDoubt) -> CommandDoubt:
+    """Return the doubt with the options for which the cart speaks most, each command for itself.
+
+    command: (n,) PWM fraction.
+    """
+    for _ in range(PASSES):
+        command = doubt.put_into(command)
+        net = balance.weigh(command, doubt) - doubt.added_costs
         options = np.argmax(net, axis=1)
-        which = _list_best(doubt.samples, np.max(net, axis=1), len(signals))
+        which = _list_best(doubt.samples, np.max(net, axis=1), len(command))
         if not len(which):
             break
         doubt = doubt.choose(which, options[which])
-    signals = replace(signals, command=doubt.put_into(signals.command))
-    return signals, doubt.pick_doubtful()
+    return doubt
 
 
 def _list_best(samples: Ints, gains: Floats, count: int) -> Ints:

@@ -18,7 +18,9 @@ from pendulum_twin.arrays import Floats, Ints
 from pendulum_twin.signals import Signals
 
 MOST_BETWEEN = 8  # commands between two samples; of a longer burst no time is believed
-STEPS = 81  # from the least error to the most: a hundredth of a period where clocks are two
+STEPS = (
+    81  # from the least error to the most: a hundredth of a period where both clocks are unknown
+)
 ROUNDS = 6  # at most: error and drift of the clock are sought in turn
 
 
@@ -42,7 +44,7 @@ class ClockError:
 
 
 @dataclass(frozen=True)
-class ClockErrors:
+class ClockBounds:
     """Hold by how much the samples' clock may be off, beside that of the commands.
 
     late: periods, least and most.
@@ -81,14 +83,14 @@ class ClockErrors:
 FAR = decisions.COMMAND_CLOCK_OFF
 
 
-def list_clock_errors(placed: bool, period_s: float) -> ClockErrors:
+def bound_clock_error(placed: bool, period_s: float) -> ClockBounds:
     """Return by how much the samples' clock may be off.
 
     placed: whether samples stand where the soonest of them are received at once, as commands do.
     """
     if placed:
-        return ClockErrors((0.0, min(decisions.SOONEST_S / period_s, FAR)), 0.0)
-    return ClockErrors((-FAR, FAR), FAR)
+        return ClockBounds((0.0, min(decisions.SOONEST_S / period_s, FAR)), 0.0)
+    return ClockBounds((-FAR, FAR), FAR)
 
 
 @dataclass(frozen=True)
@@ -132,14 +134,14 @@ class CommandArrivals:
         return CommandDoubt(self.samples, self.values, costs, nearest.astype(np.int64))
 
     def find_clock_error(
-        self, gains: Floats, clocks: ClockErrors, begin: ClockError
+        self, gains: Floats, bounds: ClockBounds, begin: ClockError
     ) -> ClockError:
         """Return the error of the clock that gains most, single late commands beside it.
 
         gains: (k, options) nats by which the motion speaks for each option.
         begin: the error that stays where no other gains more.
         """
-        return clocks.search(lambda clock: self.weigh(clock).find_most(gains), begin)
+        return bounds.search(lambda clock: self.weigh(clock).sum_best_gains(gains), begin)
 
 
 def list_arrivals(signals: Signals, stamps: Floats, commands: Floats) -> CommandArrivals:
