@@ -9,7 +9,7 @@ from support.paths import ROOT
 
 from pendulum_sysid.cleaning.acting_samples import settle_commands
 from pendulum_sysid.cleaning.clean import clean_recording
-from pendulum_sysid.cleaning.command_arrivals import bound_clock_error, list_arrivals
+from pendulum_sysid.cleaning.command_arrivals import find_clock_bounds, list_arrivals
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.reading.bag import read_bag
 from pendulum_twin.model import load_twin
@@ -30,7 +30,7 @@ def test_samples_that_will_be_left_out_ask_for_no_command() -> None:
     signals = Signals(PERIOD_S, np.zeros(COUNT), 0.1 * np.sin(clock), None, every, every)
     stamps = clock[::100] + np.random.default_rng(1).uniform(0.0, 5e-3, COUNT // 100)
     arrivals = list_arrivals(signals, np.sort(stamps), np.sin(stamps))
-    bounds = bound_clock_error(False, PERIOD_S)
+    bounds = find_clock_bounds(False, PERIOD_S)
     settled, doubt = settle_commands(signals, refuse, arrivals, bounds)
     assert doubt is None and settled is signals
 

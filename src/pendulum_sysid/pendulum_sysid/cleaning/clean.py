@@ -22,7 +22,7 @@ from pendulum_sysid.cleaning.clock import (
     resample,
 )
 from pendulum_sysid.cleaning.command_answer import is_moved_uncommanded, measure_unexplained
-from pendulum_sysid.cleaning.command_arrivals import bound_clock_error, list_arrivals
+from pendulum_sysid.cleaning.command_arrivals import find_clock_bounds, list_arrivals
 from pendulum_sysid.cleaning.command_holes import (
     Holes,
     find_command_holes,
@@ -151,7 +151,7 @@ def _set_command_times(
         return _hold_parts(raw, signals, parts), spread_s, None
     retimed = signals if raw is samples.raw else _hold(raw, signals)
     arrivals = list_arrivals(signals, *_list_commands(raw))
-    bounds = bound_clock_error(placed, signals.period_s)
+    bounds = find_clock_bounds(placed, signals.period_s)
     unsettled = arrivals.weigh(bounds.expected)
     nearest = _hold(raw, signals, nearest=True)
     answering = replace(nearest, command=unsettled.put_into(nearest.command))

@@ -83,7 +83,7 @@ class ClockBounds:
 FAR = decisions.COMMAND_CLOCK_OFF
 
 
-def bound_clock_error(placed: bool, period_s: float) -> ClockBounds:
+def find_clock_bounds(placed: bool, period_s: float) -> ClockBounds:
     """Return by how much the samples' clock may be off.
 
     placed: whether samples stand where the soonest of them are received at once, as commands do.
