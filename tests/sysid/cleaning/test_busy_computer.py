@@ -68,9 +68,24 @@ def test_samples_that_are_received_soonest_say_where_the_clock_lies() -> None:
     received_s = PERIOD_S * numbers + 1e-4 + random.exponential(4e-3, COUNT)
     clock = EvenClock(1.00003 * PERIOD_S, numbers, 2e-3, np.zeros(COUNT))
     placed = place_clock(clock, received_s)
-    assert placed is not None
-    off_s = placed.times_s - PERIOD_S * numbers
+    assert placed is not None and placed[1].all()
+    off_s = placed[0].times_s - PERIOD_S * numbers
     assert off_s.min() > 0.5e-4 and off_s.max() < 2e-4
+
+
+def test_a_sender_that_stood_still_goes_on_by_another_clock() -> None:
+    """It lost 26.34 periods: an even clock counts 26, and is off by a third of a period then."""
+    random = np.random.default_rng(5)
+    numbers = np.arange(COUNT)
+    numbers[2500:] += 26
+    numbers[3970:] += 30  # too few samples follow to tell their clock
+    taken_s = PERIOD_S * numbers
+    taken_s[2500:] += 0.34 * PERIOD_S
+    received_s = taken_s + 1e-4 + random.exponential(4e-3, COUNT)
+    placed = place_clock(EvenClock(PERIOD_S, numbers, 2e-3, np.zeros(COUNT)), received_s)
+    assert placed is not None and np.array_equal(placed[1], np.arange(COUNT) < 3970)
+    off_s = (placed[0].times_s - taken_s)[:3970]
+    assert off_s.min() > 0.5e-4 and off_s.max() < 2.5e-4
 
 
 @pytest.mark.parametrize(

@@ -62,12 +62,14 @@ def retime_samples(raw: RawRecording, rows: Mask) -> Retimed:
     even = _measure_roughness(clock.times_s, positions, differ)
     if not even < decisions.EVEN_ROUGHNESS_RATIO * as_stamped:
         return Retimed(raw, _drop_equal_stamps(raw, rows))
-    kept = rows.copy()
-    kept[rows] = sure
     faults, spread_s = _list_faults(clock), clock.spread_s
     received = raw.state_received_s
     placed = None if received is None else place_clock(clock, received[rows])
-    retimed = _set_stamps(raw, rows, placed or clock)
+    if placed is not None:
+        clock, sure = placed[0], sure & placed[1]
+    kept = rows.copy()
+    kept[rows] = sure
+    retimed = _set_stamps(raw, rows, clock)
     return Retimed(retimed, kept, spread_s, placed is not None, faults)
 
 
