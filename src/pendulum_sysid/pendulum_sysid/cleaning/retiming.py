@@ -31,7 +31,7 @@ class Retimed:
     raw: the recording.
     rows: (samples,) False where a sample cannot be used.
     spread_s: by how much the time between samples and commands is unknown; 0 for right stamps.
-    placed: whether the times say when samples were received, as those of commands do.
+    placed: whether samples stand where the soonest of them are received at once.
     faults: what was wrong with the stamps.
     """
 
