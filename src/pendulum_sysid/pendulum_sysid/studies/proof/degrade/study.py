@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import zlib
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -177,7 +177,9 @@ def answer_degraded(
     own = zlib.crc32(degradation.name.encode())
     random = np.random.default_rng((seed, trial.seed, own))
     try:
-        raw = degradation.degrade(read_bag(trial.bag), random)
+        # the bag receives each sample as it is taken, which would tell the times that are degraded
+        whole = replace(read_bag(trial.bag), state_received_s=None)
+        raw = degradation.degrade(whole, random)
         recording = clean_recording(raw)
         return diagnose([recording], load_twin(trial.twin), _discard).to_dict(), ""
     except BadInputError as refusal:
