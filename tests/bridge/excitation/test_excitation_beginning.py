@@ -40,6 +40,21 @@ def tilted(tmp_path) -> Path:
     return tmp_path / "tilted.yaml"
 
 
+@pytest.fixture
+def resets(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Return the list of the namespaces that are reset, in their order.
+
+    On a busy computer the first push may be uneven; then the plan begins again, with new resets.
+    """
+    reset, namespaces = PendulumClient.reset, []
+    monkeypatch.setattr(
+        PendulumClient,
+        "reset",
+        lambda client: namespaces.append(client.namespace) or reset(client),
+    )
+    return namespaces
+
+
 def notice_late(patch: pytest.MonkeyPatch, count: int) -> None:
     """Let the node notice the end of the first count resets late, as on a busy computer."""
     notice, ends = ResetSequence.done, {}
@@ -59,13 +74,13 @@ def roll_off(bench: Bench) -> None:
 
 
 def test_a_cart_that_rolls_off_before_the_plan_begins_is_reset_again(
-    ros: Graph, planned, tilted, monkeypatch: pytest.MonkeyPatch
+    ros: Graph, planned, tilted, resets, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     notice_late(monkeypatch, 1)
     bench = Bench(ros, tilted)
     node = bench.play(planned(*PLAYED))
     assert bench.over(node) is None
-    assert node._run.resets > 1
+    assert resets.count("/rig") > 1 + node._run.pushes
     assert abs(node._run.performance.playback.start_m) < NEAR_M
 
 
@@ -101,28 +116,27 @@ def test_a_rig_that_may_not_be_reset_has_to_stand_near_the_middle(
 
 
 def test_a_cart_that_is_away_can_be_reset_where_others_are_not(
-    ros: Graph, planned, tilted
+    ros: Graph, planned, tilted, resets
 ) -> None:
     bench = Bench(ros, tilted)
     roll_off(bench)
     node = bench.play(planned(*PLAYED), reset_first=False, reset_when_away=True)
-    assert bench.over(node) is None and node._run.resets == 1
+    assert bench.over(node) is None and resets[:2] == ["/twin", "/rig"]
     assert abs(node._run.performance.playback.start_m) < NEAR_M
 
 
-def test_a_cart_near_the_middle_is_not_reset_when_only_others_are(ros: Graph, planned) -> None:
+def test_a_cart_near_the_middle_is_not_reset_when_only_others_are(
+    ros: Graph, planned, resets
+) -> None:
     bench = Bench(ros)
     node = bench.play(planned(*PLAYED), reset_first=False, reset_when_away=True)
-    assert bench.over(node) is None and node._run.resets == 0
+    assert bench.over(node) is None and resets == []
 
 
 def test_the_rig_is_reset_last_as_it_may_roll_while_the_twin_is_reset(
-    ros: Graph, planned, monkeypatch: pytest.MonkeyPatch
+    ros: Graph, planned, resets
 ) -> None:
-    reset, order = PendulumClient.reset, []
-    monkeypatch.setattr(
-        PendulumClient, "reset", lambda client: order.append(client.namespace) or reset(client)
-    )
     bench = Bench(ros)
-    assert bench.over(bench.play(planned(*PLAYED))) is None
-    assert order == ["/twin", "/rig"]
+    node = bench.play(planned(*PLAYED))
+    assert bench.over(node) is None
+    assert resets == ["/twin", "/rig"] * (1 + node._run.pushes)
