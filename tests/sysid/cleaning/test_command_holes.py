@@ -89,6 +89,19 @@ def test_a_publisher_of_changes_leaves_no_holes() -> None:
     assert find_gaps(keep_commands(raw, steps)) == []
 
 
+def test_a_change_that_is_sent_again_makes_no_holes() -> None:
+    """The commands change all the time, and 0.3 lasts through three silences."""
+    stamps = np.sort(np.random.default_rng(2).uniform(0.0, AT[-1], 3 * len(AT)))
+    command = 0.1 * np.sin(np.pi * stamps)
+    kept = np.ones(len(stamps), dtype=bool)
+    for begin in (1000, 3000):
+        command[begin : begin + 400] = 0.3
+        kept[begin + 1 : begin + 400] = False
+    kept[1200] = True
+    raw = RawRecording("made", "sha256:1", AT, RAW.cart, RAW.pole, stamps, command)
+    assert find_gaps(keep_commands(raw, kept)) == []
+
+
 def test_a_rig_that_moves_as_if_commanded_before_the_first_command_is_left_out() -> None:
     raw = keep_commands(RAW, AT > 2.0)
     [(begin_s, end_s)] = find_gaps(raw)

@@ -29,7 +29,7 @@ class ClockError:
     """Hold by how much commands came later than their stamps say, beside the samples.
 
     late: periods, in the middle of the recording.
-    drift: periods, from its begin to its end.
+    drift: periods, from its beginning to its end.
     """
 
     late: float = 0.0
@@ -103,15 +103,15 @@ class CommandArrivals:
     samples: (k,) numbers of the samples that begin the periods.
     place: (k,) where in the recording each stands, from -0.5 to 0.5.
     values: (k, options) PWM fraction in force from the sample on; 0 where there is no such option.
-    begin, end: (k, options) periods after the sample: the option is the nearest where commands
+    starts, ends: (k, options) periods after the sample: the option is the nearest where commands
         begin to count as the next sample's in between; infinite where there is no such option.
     """
 
     samples: Ints
     place: Floats
     values: Floats
-    begin: Floats
-    end: Floats
+    starts: Floats
+    ends: Floats
 
     @property
     def leave_doubt(self) -> bool:
@@ -126,7 +126,7 @@ class CommandArrivals:
         two samples.
         """
         middle = 0.5 - clock.late - clock.drift * self.place[:, None]
-        apart = np.maximum(self.begin - middle, 0.0) + np.maximum(middle - self.end, 0.0)
+        apart = np.maximum(self.starts - middle, 0.0) + np.maximum(middle - self.ends, 0.0)
         nearest = np.argmin(apart, axis=1)
         dear = decisions.COMMAND_MOVED_NATS + decisions.COMMAND_FARTHER_NATS * apart
         costs = np.where(apart < decisions.COMMAND_MIDWAY, dear, np.inf)
@@ -159,14 +159,14 @@ def list_arrivals(signals: Signals, stamps: Floats, commands: Floats) -> Command
     first, count = first[rows, None], count[rows, None]
     following = np.minimum(first + options, len(stamps) - 1)
     came = np.where(options < count, (stamps[following] - clock[rows, None]) / period_s, 1.0)
-    begin = np.column_stack([np.zeros(len(rows)), came[:, :-1]])
-    begin[options > count] = np.inf
+    starts = np.column_stack([np.zeros(len(rows)), came[:, :-1]])
+    starts[options > count] = np.inf
     in_force = commands[np.minimum(first + options, len(commands)) - 1]
     length_s = max(float(np.ptp(stamps)), period_s)
     return CommandArrivals(
         rows,
         (clock[rows] - stamps[0]) / length_s - 0.5,
         np.where(options > count, 0.0, in_force),
-        begin,
+        starts,
         came,
     )

@@ -74,19 +74,21 @@ def find_command_holes(raw: RawRecording) -> Holes:
 def _count_missing(raw: RawRecording) -> tuple[float, Ints]:
     """Return the samples' period (s), and how many of them each longer silence lasts, (m - 1,).
 
-    Infinite and none where the publisher does not send in each period again.
+    Infinite and none where the publisher sends changes only: the command then lasts through a
+    silence. Such a publisher is silent more often than it sends a command again.
     """
     period_s = float(np.median(np.diff(raw.state_stamp_s)))
     steps = np.diff(raw.command_stamp_s)
-    if np.median(steps) > period_s or not _sends_again(raw.command):
-        return np.inf, np.zeros(len(steps), dtype=np.int64)
     missing = (steps / max(period_s, 1e-9)).astype(np.int64) - 1
-    return period_s, np.where(missing > decisions.LONGEST_FILL, missing, 0)
+    silent = missing > decisions.LONGEST_FILL
+    if np.median(steps) > period_s or _count_repeats(raw.command) <= np.count_nonzero(silent):
+        return np.inf, np.zeros(len(steps), dtype=np.int64)
+    return period_s, np.where(silent, missing, 0)
 
 
-def _sends_again(command: Floats) -> bool:
-    """Return whether a publisher sends commands that did not change."""
-    return bool(np.any(command[1:] == command[:-1]))
+def _count_repeats(command: Floats) -> int:
+    """Return how many commands are the same as the command before."""
+    return int(np.count_nonzero(command[1:] == command[:-1]))
 
 
 def _add_margins(hole: tuple[float, float, float], period_s: float) -> Interval:
@@ -150,7 +152,7 @@ def _find_jumps(command: Floats, missing: Ints) -> Ints:
 def _check_enough(command: Floats, missing: Ints) -> None:
     """Raise UnusableRecording when too many commands are missing one by one."""
     single = int(missing[missing <= decisions.LONGEST_FILL].sum())
-    if _sends_again(command) and single > decisions.MOST_NOT_FINITE * (len(command) + single):
+    if _count_repeats(command) and single > decisions.MOST_NOT_FINITE * (len(command) + single):
         raise UnusableRecording(
             f"expected a command each period, found {single} of {len(command) + single} missing "
             f"one by one: at most {decisions.MOST_NOT_FINITE:.0%} can be done without, for what "

@@ -28,18 +28,19 @@ def place_clock(clock: EvenClock, received_s: Floats) -> tuple[EvenClock, Mask] 
     Returns which samples (n,) are sure on it, too: too few between two gaps tell no clock.
 
     None where even the soonest sample takes long from the clock to the receiver: then the stamps
-    hold a delay that is known to the driver, or are of another clock.
+    hold a delay that is known to the driver, or are of another clock. None without sure samples.
 
     received_s: (n,) when each sample was received, s.
     """
     pieces = _number_pieces(clock)
+    sure = np.bincount(pieces)[pieces] >= BLOCK
     line = _fit_below(received_s - clock.times_s, pieces)
-    if line is None or np.mean(line) > decisions.SOONEST_S:
+    if line is None or not sure.any() or np.mean(line[sure]) > decisions.SOONEST_S:
         return None
-    if np.max(np.abs(line)) > decisions.LONGEST_LATENCY_S:
+    if np.max(np.abs(line[sure])) > decisions.LONGEST_LATENCY_S:
         return None
     placed = replace(clock, off_s=clock.off_s - line, shifts_s=clock.shifts_s + line)
-    return placed, np.bincount(pieces)[pieces] >= BLOCK
+    return placed, sure
 
 
 def _number_pieces(clock: EvenClock) -> Ints:

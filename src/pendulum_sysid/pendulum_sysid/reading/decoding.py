@@ -16,7 +16,7 @@ Messages = Iterable[tuple[int, bytes]]
 
 
 @dataclass(frozen=True)
-class States:
+class DecodedStates:
     """Hold the joint states of (n,) messages.
 
     stamps_ns: (n,) of their headers.
@@ -31,7 +31,7 @@ class States:
     undecodable: int
 
 
-def decode_states(messages: Messages, decode: Decode) -> States:
+def decode_states(messages: Messages, decode: Decode) -> DecodedStates:
     """Return the joint states of all messages that can be decoded."""
     decoded, times, bad = _decoded(messages, decode)
     stamps = [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in decoded]
@@ -47,7 +47,7 @@ def decode_states(messages: Messages, decode: Decode) -> States:
     channels = dict(zip(STATE_CHANNELS, table, strict=True))
     present = {name: values for name, values in channels.items() if not np.all(np.isnan(values))}
     received = np.array(times, dtype=np.int64)
-    return States(np.array(stamps, dtype=np.int64), received, present, bad)
+    return DecodedStates(np.array(stamps, dtype=np.int64), received, present, bad)
 
 
 def decode_commands(messages: Messages, decode: Decode) -> tuple[Ints, Floats, int]:
