@@ -44,16 +44,20 @@ class Bench:
 
     def drive(self, pwm: float) -> None:
         """Command until the rig hears it."""
+        self.command(
+            pwm,
+            lambda: self.heard and self.heard[-1].pwm == self.user.pwm == pwm,
+            f"a command of {pwm}",
+        )
+
+    def command(self, pwm: float, done: Callable[[], object], what: str) -> None:
+        """Command until something is done."""
 
         def step() -> None:
             self.user.send(pwm)
             self.step()
 
-        until(
-            lambda: self.heard and self.heard[-1].pwm == self.user.pwm == pwm,
-            f"a command of {pwm}",
-            step,
-        )
+        until(done, what, step)
 
     def listen(self) -> None:
         """Hear what is left."""
@@ -74,9 +78,8 @@ def test_a_signal_ends_it_with_0_several_times_and_status_0(
     driver = bench.ros.start(MODULE, *arguments_for(bench.rig))
     bench.drive(0.1)
     pending = bench.user.ask("reset")
-    bench.until(
-        lambda: bench.user.pwm == 0.0, "the reset"
-    )  # it hangs already; the answer takes some samples more
+    # A reset answers commands with 0; it hangs already, and the answer takes some samples more.
+    bench.command(0.1, lambda: bench.user.pwm == 0.0, "the reset")
     driver.send_signal(number)
     said, complaints = driver.communicate(timeout=DEADLINE_S)
     bench.listen()

@@ -13,6 +13,7 @@ rclpy = pytest.importorskip("rclpy")
 from support.excitation_bench import TWIN, Bench, written  # noqa: E402
 from support.ros_graph import Graph  # noqa: E402
 
+from pendulum_bridge.excitation import run  # noqa: E402
 from pendulum_bridge.excitation.guard import StopReason  # noqa: E402
 from pendulum_bridge.excitation.run import MOST_RESETS  # noqa: E402
 from pendulum_bridge.nodes.pendulum_client import PendulumClient  # noqa: E402
@@ -130,7 +131,21 @@ def test_a_cart_near_the_middle_is_not_reset_when_only_others_are(
 ) -> None:
     bench = Bench(ros)
     node = bench.play(planned(*PLAYED), reset_first=False, reset_when_away=True)
-    assert bench.over(node) is None and resets == []
+    assert bench.over(node) is None and resets == ["/twin", "/rig"] * node._run.pushes
+
+
+def test_an_uneven_push_is_followed_by_a_reset(
+    ros: Graph, planned, resets, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The push has moved the cart: on a tilted rail the cart rolls on while the rate is seen."""
+    judged = []
+    monkeypatch.setattr(
+        run, "is_even", lambda push, plan: bool(judged) or judged.append(push) is not None
+    )
+    bench = Bench(ros)
+    node = bench.play(planned(*PLAYED), reset_first=False, reset_when_away=True)
+    assert bench.over(node) is None
+    assert node._run.pushes >= 1 and resets == ["/twin", "/rig"] * node._run.pushes
 
 
 def test_the_rig_is_reset_last_as_it_may_roll_while_the_twin_is_reset(

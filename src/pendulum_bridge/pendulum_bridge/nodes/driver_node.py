@@ -15,6 +15,7 @@ import sys
 from contextlib import suppress
 from dataclasses import replace
 from threading import Event, Thread
+from time import monotonic
 from typing import Any
 
 from rclpy.callback_groups import ReentrantCallbackGroup
@@ -45,8 +46,8 @@ from pendulum_twin.nodes.settings import declare_settings, watch_settings
 from pendulum_twin.stop_request import StopRequest
 
 LONGEST_WAIT_S = 0.05  # until a signal, or the end of the parent, is seen
-# turns of the executor, a tenth of LONGEST_WAIT_S each, for answers to waiting callers
-LAST_ANSWERS = 20
+# longest wait for the answers to waiting callers: other messages may wait before them
+ANSWERED_S = 2.0
 # longest wait for the thread, which waits for the rig at most 20 ms; PWM 0 is sent anyway
 THREAD_ENDS_S = 1.0
 # a queue, as of two messages at the same moment a queue of 1 shows only the last
@@ -298,7 +299,8 @@ def serve(node: DriverNode, stopped: StopRequest) -> None:
         while not stopped.is_set() and not (parent and parent.ended):
             executor.spin_once(timeout_sec=LONGEST_WAIT_S)
         node.finish()
-        for _ in range(LAST_ANSWERS if node.waiting else 0):
+        deadline_s = monotonic() + ANSWERED_S
+        while node.waiting and monotonic() < deadline_s:
             executor.spin_once(timeout_sec=0.1 * LONGEST_WAIT_S)
     finally:
         executor.shutdown()

@@ -280,9 +280,13 @@ class ExcitationNode(Node):
         return next(filter(None, lacking), "")
 
     def _begin_reset(self, state: RigState) -> None:
-        """Reset all, the rig last, as it may roll off meanwhile; or begin without a reset."""
+        """Reset all, the rig last, as it may roll off meanwhile; or begin without a reset.
+
+        After an uneven push the cart moves, wherever it is.
+        """
         near = is_near_middle(state, self._bounds)
-        if self._settings.reset_first or (self._settings.reset_when_away and not near):
+        ready = near and not self._run.pushes
+        if self._settings.reset_first or (self._settings.reset_when_away and not ready):
             self._resetting = ResetSequence(self._pendulums[::-1], self._settings.reset_timeout_s)
         elif near:
             self._run = enter_stage(Stage.PLAYING, monotonic(), self._run)
