@@ -107,6 +107,13 @@ def test_the_verbs_are_listed() -> None:
     assert set(re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE)) == set(MODULES)
 
 
+def test_the_glossary_is_in_alphabetical_order() -> None:
+    glossary = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8")
+    terms = re.findall(r"^\| \*\*(.+?)\*\* \|", glossary, re.MULTILINE)
+    assert terms
+    assert terms == sorted(terms, key=str.casefold)
+
+
 def test_a_part_of_a_recording_is_that_part(tmp_path: Path) -> None:
     whole = read_bag(made_bag(tmp_path / "whole", made(INTECO, seconds=6.0)))
     script = [

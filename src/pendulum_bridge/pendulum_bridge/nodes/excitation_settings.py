@@ -32,8 +32,9 @@ class ExcitationSettings:
     """
 
     EXAMPLES: ClassVar[tuple[str, ...]] = (
-        "excitation_node --ros-args -p twin_file:=config/inteco.yaml",
-        "excitation_node --ros-args -p twin_file:=rig.yaml -p plan:=out/mine/next.yaml",
+        "excitation_node --ros-args -r __ns:=/excitation -p twin_file:=config/inteco.yaml",
+        "excitation_node --ros-args -r __ns:=/excitation -p twin_file:=rig.yaml -p "
+        "plan:=out/mine/next.yaml",
     )
 
     plan: str = make_text_field("", "path of a plan file; empty for the standard plan of a minute")
