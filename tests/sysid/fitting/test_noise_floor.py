@@ -15,7 +15,12 @@ from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Windows
 from pendulum_sysid.telling.likeness import compute_floor_ratio, compute_floors, is_unlike
 from pendulum_sysid.telling.outcome import Findings
+from pendulum_twin.laws.law import Law
 from pendulum_twin.parameter_vector import FORCE_PER_PWM, make_theta
+
+
+LAW = Law((0.05, 0.1, 0.2), (0.0, 0.3, 0.0))
+REMEMBERING = replace(INTECO, measured_laws={"cart_hysteresis": LAW})
 
 
 @pytest.fixture(scope="module")
@@ -32,6 +37,15 @@ def test_a_true_twin_is_at_its_floor(case: Case) -> None:
     floor = measure_noise_floor(case, make_theta(INTECO), windows)
     assert floor is not None
     assert floor.score == pytest.approx(run_windows(case, windows).score, rel=0.3)
+
+
+def test_a_twin_that_remembers_its_path_is_at_its_floor() -> None:
+    """The floor was 37 times the score: the perfect model did not know the path."""
+    case = prepare_case([made(REMEMBERING)], REMEMBERING)
+    windows = cut_windows(case.signals, case.state, 0.5)
+    floor = measure_noise_floor(case, make_theta(REMEMBERING), windows)
+    assert floor is not None
+    assert floor.score == pytest.approx(run_windows(case, windows).score, rel=0.5)
 
 
 def test_a_window_at_the_start_of_its_stretch_has_a_floor_of_its_own(case: Case) -> None:

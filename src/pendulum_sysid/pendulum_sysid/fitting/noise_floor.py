@@ -12,8 +12,9 @@ from pendulum_sysid.fitting.case import Case, make_case
 from pendulum_sysid.fitting.gauss_newton import refine_start_states
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.records import Windows
-from pendulum_twin.arrays import Floats
+from pendulum_twin.arrays import Floats, Ints
 from pendulum_twin.free_runs import run_freely
+from pendulum_twin.signals import Signals
 
 TRIES = 5
 
@@ -55,14 +56,16 @@ def measure_noise_floor(
     lead = min(round(decisions.FLOOR_LEAD_S / signals.period_s), int(before.max()))
     begin = windows.begin[before >= lead] - lead
     length = lead + windows.samples
+    pieces = _cut_pieces(signals, begin, length)
+    motion = Windows(np.array(pieces.stretch_begins), length, case.state.states[begin])
+    problem = replace(case.problem(motion), signals=pieces)
+    starts = refine_start_states(problem, theta).start_states
     set_of = np.zeros(len(begin), dtype=np.int64)
-    motion = Windows(begin, length, case.state.states[begin])
-    starts = refine_start_states(case.problem(motion), theta).start_states
-    runs = run_freely(signals, theta[None], set_of, begin, starts, length)
+    runs = run_freely(pieces, theta[None], set_of, motion.begin, starts, length)
     if not np.all(np.isfinite(runs)):
         return None  # a twin that leaves all bounds says nothing about what is possible
     tries = [
-        _replay_perfect(case, runs, begin, lead, np.random.default_rng((seed, k)))
+        _replay_perfect(case, pieces, runs, lead, np.random.default_rng((seed, k)))
         for k in range(TRIES)
     ]
     score, typical = (
@@ -72,20 +75,41 @@ def measure_noise_floor(
     return NoiseFloor(float(score), float(typical))
 
 
+def _cut_pieces(signals: Signals, begin: Ints, length: int) -> Signals:
+    """Return pieces of a recording, each a stretch of its own.
+
+    What command and cart did before a piece is unknown there: to the runs that make the perfect
+    recording, and to the runs that are judged by it.
+
+    begin: (pieces,) first samples; length: samples of each piece.
+    """
+    at = (begin[:, None] + np.arange(length)).reshape(-1)
+    return replace(
+        signals,
+        command=signals.command[at],
+        parts=None if signals.parts is None else signals.parts[at],
+        cart=None if signals.cart is None else signals.cart[at],
+        pole=None if signals.pole is None else signals.pole[at],
+        cart_valid=signals.cart_valid[at],
+        pole_valid=signals.pole_valid[at],
+        stretch_begins=tuple(range(0, len(at), length)),
+        begin_s=tuple(signals.clock_s[begin].tolist()),
+        after_s=None,
+    )
+
+
 def _replay_perfect(
-    case: Case, runs: Floats, begin: np.ndarray, lead: int, random: np.random.Generator
+    case: Case, pieces: Signals, runs: Floats, lead: int, random: np.random.Generator
 ) -> WindowRuns:
     """Return free runs of the case's twin on a recording that is made of noisy runs of it.
 
-    runs: (windows, n, 4) without noise. Each becomes a stretch, with its window after the lead.
-    begin: (windows,) first sample of each run in the case's recording.
+    pieces: of the recording, a stretch for each run.
+    runs: (windows, n, 4) without noise; each holds its window after the lead.
     lead: samples of a run before its window.
     """
-    signals, length = case.signals, runs.shape[1]
-    at = (begin[:, None] + np.arange(length)).reshape(-1)
     positions = []
     for k, (there, noise) in enumerate(
-        ((signals.cart, case.state.noise.cart_m), (signals.pole, case.state.noise.pole_rad))
+        ((pieces.cart, case.state.noise.cart_m), (pieces.pole, case.state.noise.pole_rad))
     ):
         noiseless = runs[..., k].reshape(-1)
         positions.append(
@@ -93,23 +117,14 @@ def _replay_perfect(
             if there is None or noise is None
             else noiseless + random.normal(0.0, noise, len(noiseless))
         )
-    every = np.ones(len(at), dtype=bool)
-    starts = np.arange(len(begin)) * length
+    every = np.ones(len(pieces), dtype=bool)
     perfect = replace(
-        signals,
-        command=signals.command[at],
-        parts=None if signals.parts is None else signals.parts[at],
-        cart=positions[0],
-        pole=positions[1],
-        cart_valid=every,
-        pole_valid=every,
-        stretch_begins=tuple(int(s) for s in starts),
-        begin_s=tuple(signals.clock_s[begin].tolist()),
-        after_s=None,
+        pieces, cart=positions[0], pole=positions[1], cart_valid=every, pole_valid=every
     )
     state = smooth_state(perfect)
     perfect_case = make_case(
         replace(case.recording, signals=perfect, doubt=None), state, case.twin
     )
-    windows = Windows(starts + lead, length - lead, perfect_case.state.states[starts + lead])
+    begin = np.array(pieces.stretch_begins) + lead
+    windows = Windows(begin, runs.shape[1] - lead, perfect_case.state.states[begin])
     return run_windows(perfect_case, windows)
