@@ -168,7 +168,9 @@ def compute_columns(
     ]
     ends = np.concatenate([np.array(steps).reshape(-1, theta.size), targets])
     problem = drop_wild_windows(problem, theta, power)
-    normal = linearise(problem, theta, problem.windows.start_states, free, power, ends).normal
+    normal = linearise(
+        problem, theta, problem.windows.start_states, free, power, ends, summed=True
+    ).normal
     combined, at = _make_combinations(len(free), shapes, len(targets))
     first_target = combined.shape[1] - len(targets)
     return Columns(combined.T @ normal @ combined, free, shapes, at, first_target)

@@ -119,7 +119,7 @@ def fit_without(
     penalty: as of `cross_validate`.
     damping: of the step, see `DAMPINGS`.
     """
-    others = replace(system, normals=system.normals[~left_out], scores=system.scores[~left_out])
+    others = system.sum_windows(~left_out)
     return take_step(others, known.theta, known.start_states, free, damping, penalty)
 
 

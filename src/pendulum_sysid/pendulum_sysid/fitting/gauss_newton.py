@@ -8,14 +8,16 @@ model is still wrong does not outshout the other.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy.special import stdtrit
 
 from pendulum_sysid import decisions
-from pendulum_sysid.fitting.linearised import System, linearise
+from pendulum_sysid.fitting.linearised import System, assemble, linearise
+from pendulum_sysid.fitting.neighbours import run_neighbours
 from pendulum_sysid.fitting.parameters import Free, keep_definite
 from pendulum_sysid.fitting.problem import Problem, compute_errors, list_varied
 from pendulum_sysid.fitting.windows import gather
@@ -150,7 +152,7 @@ def solve(
         )
 
     for _ in range(iterations):
-        system = known or linearise(problem, theta, starts, free, compute_power(squares, counts))
+        system, list_parts = _linearise(problem, theta, starts, free, squares, counts, known)
         known = None
         while True:
             new_theta, new_starts = take_step(system, theta, starts, free, damping, penalty)
@@ -159,13 +161,33 @@ def solve(
                 break
             damping = max(damping * 10, 1e-3)
         if not new_cost < cost:
-            return conclude(True, system)
+            return conclude(True, list_parts())
         gain, cost = cost - new_cost, new_cost
         before, theta, starts, squares = theta, new_theta, new_starts, new_squares
         damping = max(damping * 0.1, 1e-9)
         if gain < least_gain:
-            return conclude(True, shift_system(system, free, before, theta))
+            return conclude(True, shift_system(list_parts(), free, before, theta))
     return conclude(False, None)
+
+
+def _linearise(
+    problem: Problem,
+    theta: Floats,
+    starts: Floats,
+    free: tuple[Free, ...],
+    squares: Floats,
+    counts: Floats,
+    known: System | None,
+) -> tuple[System, Callable[[], System]]:
+    """Return the normal equations of an iteration, and what returns each window's part of them.
+
+    The parts take most of the time, and only the last iteration needs them.
+    """
+    if known is not None:
+        return known, lambda: known
+    errors = run_neighbours(problem, theta, starts, free, compute_power(squares, counts))
+    list_parts = partial(assemble, problem, starts, errors)
+    return list_parts(summed=True), list_parts
 
 
 def _compute_squares(problem: Problem, theta: Floats, starts: Floats) -> Floats:

@@ -14,7 +14,7 @@ from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.free_runs import count_substeps, run_drive
 
 STEP = 1e-4  # of a parameter's size, for differences
-RUNS_AT_ONCE = 4_000_000  # numbers of runs that are held at one time: bounds the memory
+RUNS_AT_ONCE = 1_000_000  # numbers of runs that are held at one time: reused without a page fault
 DRIVES_AT_ONCE = 32_000_000  # the same of what command and drive make of the whole recording
 
 

@@ -117,7 +117,7 @@ def _try_curve(trial: _Trial, curve: Curve) -> tuple[Ranked, System] | None:
     curve.put(theta, np.zeros(len(curve.knots)))
     knots = tuple(curve.list_free(find_slot(theta, curve.kind)))
     added = run_neighbours(problem, theta, start.start_states, knots, start.power)
-    system = assemble(problem, start.start_states, trial.errors, added)
+    system = assemble(problem, start.start_states, trial.errors, added, summed=True)
     values = scale_values((*trial.own, *knots), theta)
     curves = (*law_fit.curves, curve)
     matrix, gradient = reduce_to_last(
