@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from pendulum_sysid.cleaning.clean import clean_recording
+from pendulum_sysid.errors import WrongUse
 from pendulum_sysid.fleet.engine import Engine, SchedulerLost, open_client, run_tasks
 from pendulum_sysid.fleet.warm_up import compile_kernels
 from pendulum_sysid.pipeline import diagnose
@@ -83,14 +84,14 @@ def run_study(study: Study, folder: Path, progress: Progress) -> list[Row]:
 
     What an earlier run has answered in the folder is not done again.
 
-    Raises BadInputError when rigs cannot be recorded or a kind is unknown.
+    Raises BadInputError when rigs cannot be recorded, and WrongUse when a kind is unknown.
     """
     check_recorder()
     check_folder(folder)
     for name in study.kinds:
         if name not in BY_NAME:
             known = ", ".join(BY_NAME)
-            raise BadInputError(
+            raise WrongUse(
                 f"--degrade: expected kinds among {known}, found {name!r}{add_hint(name, BY_NAME)}"
             )
     rows: list[Row] = []
