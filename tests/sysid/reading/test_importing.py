@@ -281,7 +281,7 @@ def test_a_number_beyond_the_columns_is_refused(tmp_path: Path) -> None:
 
 
 def test_sine_and_cosine_make_the_angle(tmp_path: Path) -> None:
-    file = write(tmp_path / "file.csv", "t,s,c", u=np.sin(TH), x=np.cos(TH), theta=0 * TH)
+    file = write(tmp_path / "file.csv", "t,s,c,theta", u=np.sin(TH), x=np.cos(TH), theta=0 * TH)
     raw = import_file(file, "t", sin="s", cos="c", pole_zero="down", invert_pole=True)
     np.testing.assert_allclose(raw.pole, np.pi - TH, atol=1e-12)
     assert "--sin and --cos together" in refusal(file, tmp_path / "bag", "t", sin="s")

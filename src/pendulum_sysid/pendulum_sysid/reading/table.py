@@ -21,6 +21,7 @@ class Table:
     lines: (rows,) where each row stands, for messages.
     read: number of a column, from 0 -> (rows,) its values, NaN for empty cells.
     header_line: line of numbers that stands where a header was looked for.
+    warnings: sentences about what was left out behind the last row.
     """
 
     names: tuple[str, ...]
@@ -28,6 +29,7 @@ class Table:
     lines: tuple[int, ...]
     read: Callable[[int], Floats]
     header_line: int = 1
+    warnings: tuple[str, ...] = ()
 
     def get_column(self, name: str, option: str) -> Floats:
         """Return a column (rows,) by its name, or by its number from 1: `#2` or `2`.
@@ -69,4 +71,9 @@ class Table:
         ]
 
     def _take(self, rows: slice) -> Table:
-        return replace(self, lines=self.lines[rows], read=lambda place: self.read(place)[rows])
+        return replace(
+            self,
+            lines=self.lines[rows],
+            read=lambda place: self.read(place)[rows],
+            warnings=self.warnings if rows.stop == len(self.lines) else (),
+        )
