@@ -14,6 +14,7 @@ import numpy as np
 from pendulum_sysid.errors import FileError
 from pendulum_sysid.reading.table import Table
 from pendulum_twin.arrays import Floats
+from pendulum_twin.files import describe_read_error
 
 SEPARATORS = ";\t,"  # the first that stands in the header; blanks where none does
 COMMENTS = ("#", "%")
@@ -85,7 +86,9 @@ def read_csv_table(path: Path) -> Table:
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
-        raise FileError(f"expected a CSV file, but it cannot be read: {error}") from error
+        raise FileError(
+            f"expected a CSV file, but it cannot be read: {describe_read_error(error)}"
+        ) from error
     numbered = [(k, line.strip(" ")) for k, line in enumerate(lines, 1) if line.strip(" \t;,")]
     kept = [(k, line) for k, line in numbered if not line.lstrip().startswith(COMMENTS)]
     if not kept:
