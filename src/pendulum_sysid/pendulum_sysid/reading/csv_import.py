@@ -150,10 +150,14 @@ def _read_table(path: Path) -> Table:
             "expected a CSV, .mat, .npz or .parquet file, found a bag of ROS 1: import it by "
             "itself, without columns"
         )
-    if path.is_dir() or is_data_file(path):
+    if any(map(is_data_file, (path, *path.glob("*")))):
         raise FileError(
             "expected a CSV, .mat, .npz or .parquet file, found a recording: nothing is to be "
             "imported, give it to sysid diagnose"
+        )
+    if path.is_dir():
+        raise FileError(
+            "expected a CSV, .mat, .npz or .parquet file, found a folder: name the files in it"
         )
     return read_array_table(path) if path.suffix in ARRAY_SUFFIXES else read_csv_table(path)
 
