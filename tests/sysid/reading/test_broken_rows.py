@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pendulum_sysid.cli import main
-from pendulum_sysid.errors import FileError
+from pendulum_sysid.errors import FileError, WrongUse
 from pendulum_sysid.reading.bag import read_bag
 from pendulum_sysid.reading.columns import Columns
 from pendulum_sysid.reading.csv_import import import_csv, import_segments
@@ -46,6 +46,15 @@ def test_without_a_header_most_rows_say_how_many_cells_a_row_has(tmp_path: Path)
         FileError, match="expected 4 cells in every row, as in most rows, found 2 in line 1 "
     ):
         read_csv_table(file)
+
+
+def test_names_with_blanks_between_blanks_name_nothing(tmp_path: Path) -> None:
+    header = "time [s] command cart [m] pole [rad]"
+    file = write(tmp_path / "run.csv", *ROWS, header=header, separator=" ")
+    import_csv(file, tmp_path / "bag", Columns("1", "2", "3", "4"))
+    np.testing.assert_allclose(read_bag(tmp_path / "bag").cart, np.arange(400) / 1e4)
+    with pytest.raises(WrongUse, match="4 names, time among them, found none in line 1: give"):
+        import_csv(file, tmp_path / "named", Columns("time", pole="4"))
 
 
 @pytest.mark.parametrize("separator", [",", ";", "\t"])

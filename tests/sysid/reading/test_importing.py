@@ -135,7 +135,9 @@ def test_files_without_content_are_refused(tmp_path: Path) -> None:
         file, tmp_path / "bag", "t", "u", "x"
     )
     file.write_text("0,1,2\n1,2,3\n")
-    assert "found numbers in line 1" in refusal(file, tmp_path / "bag", "t", "u", "x")
+    assert "3 names, t among them, found none in line 1" in refusal(
+        file, tmp_path / "bag", "t", "u", "x"
+    )
     file.write_bytes(b"t,u,x\n\xff\xfe\n")
     assert "cannot be read" in refusal(file, tmp_path / "bag", "t", "u", "x")
 

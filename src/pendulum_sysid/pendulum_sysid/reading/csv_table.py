@@ -79,9 +79,10 @@ def read_csv_table(path: Path) -> Table:
     """Return the columns of a CSV file.
 
     Lines that begin with # or % are comments; the last one above the first row is the header if it
-    has as many cells as a row and the first row holds numbers. Rows without a number right below
-    the header (units) are left out, and so is a last row that was cut off, with a warning. Raises
-    FileError when the file is empty or no text, or another row has more or fewer cells.
+    has as many cells as a row and the first row holds numbers. A header separated by blanks names
+    nothing where no row has as many cells. Rows without a number right below the header (units)
+    are left out, and so is a last row that was cut off, with a warning. Raises FileError when the
+    file is empty or no text, or another row has more or fewer cells.
     """
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
@@ -97,22 +98,27 @@ def read_csv_table(path: Path) -> Table:
     comma = separator != ","
     rows = [(k, _split(line, separator)) for k, line in kept]
     first, header_line = rows[0][1], rows[0][0]
-    names: tuple[str, ...] = ()
+    names: list[str] = []
     if all(_is_number(cell, comma) for cell in first if cell.strip()):
         above = [line for k, line in numbered if k < header_line]
         comment = _split(above[-1].lstrip("#% \t"), separator) if above else []
-        width, like = Counter(len(row) for _, row in rows).most_common(1)[0][0], "most rows"
-        names = tuple(comment) if len(comment) == width else ()
+        names = comment if len(comment) == _count_cells(rows) else []
     else:
         rows = rows[1:]
         while rows and not any(_is_number(cell, comma) for cell in rows[0][1]):
             rows = rows[1:]
-        names = tuple(_drop_blank_end(first, 0))
-        width, like = len(names), "the header"
-    names = tuple(cell.strip() for cell in names)
+        names = _drop_blank_end(first, 0)
+        if separator is None and rows and all(len(row) != len(names) for _, row in rows):
+            names = []  # they hold blanks, as the space between them
+    width, like = (len(names), "the header") if names else (_count_cells(rows), "most rows")
     whole, warnings = _take_whole_rows(rows, width, like)
-    cells = Cells(names, whole, comma)
-    return Table(names, width, tuple(k for k, _ in whole), cells.read, header_line, warnings)
+    cells = Cells(tuple(cell.strip() for cell in names), whole, comma)
+    return Table(cells.names, width, tuple(k for k, _ in whole), cells.read, header_line, warnings)
+
+
+def _count_cells(rows: Sequence[Row]) -> int:
+    """Return how many cells most rows have."""
+    return Counter(len(cells) for _, cells in rows).most_common(1)[0][0]
 
 
 def _take_whole_rows(

@@ -20,7 +20,7 @@ class Table:
     width: number of columns.
     lines: (rows,) where each row stands, for messages.
     read: number of a column, from 0 -> (rows,) its values, NaN for empty cells.
-    header_line: line of numbers that stands where a header was looked for.
+    header_line: where a header was looked for.
     warnings: sentences about what was left out behind the last row.
     """
 
@@ -45,8 +45,8 @@ class Table:
             return self.read(int(number) - 1)
         if not self.names:
             raise WrongUse(
-                f"expected a header that names the column {name}, found numbers in line "
-                f"{self.header_line}: give {option} the number of a column, 1 to {self.width}"
+                f"expected a header with {self.width} names, {name} among them, found none in "
+                f"line {self.header_line}: give {option} the number of a column, 1 to {self.width}"
             )
         raise WrongUse(
             f"expected a column {name}, found {', '.join(self.names)}: name one of these with "
