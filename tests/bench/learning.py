@@ -14,10 +14,10 @@ from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper
 
 from pendulum_rl_env.fleet import Fleet
-from pendulum_rl_env.in_process import INTECO
 from pendulum_rl_env.learning.fleet_vec_env import FleetVecEnv
 from pendulum_rl_env.learning.learner import make_learner
 from pendulum_rl_env.learning.preset import IN_PROCESS, load_preset
+from pendulum_twin.inteco import INTECO
 
 
 class Timed(VecEnvWrapper):

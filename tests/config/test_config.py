@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from support.paths import CONFIG
 
+from pendulum_twin.inteco import load_twin_or_inteco
 from pendulum_twin.model import load_twin
 from pendulum_twin.stepper import Stepper
 
@@ -16,6 +17,10 @@ def test_twins_run(name: str) -> None:
     states = np.array([stepper.step(0.3 * np.cos(0.06 * k)) for k in range(300)])
     assert np.all(np.isfinite(states))
     assert np.max(np.abs(states[:, 0])) > 0.02 and np.max(np.abs(states[:, 1] - np.pi)) > 0.1
+
+
+def test_programs_without_a_twin_file_take_the_inteco_rig_of_the_repository() -> None:
+    assert load_twin_or_inteco(None) == load_twin(CONFIG / "inteco.yaml")
 
 
 def test_the_thesis_twin_stands_still_in_its_dead_zone() -> None:

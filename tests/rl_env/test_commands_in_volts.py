@@ -11,11 +11,11 @@ import pendulum_rl_env  # noqa: F401
 from pendulum_rl_env import in_process
 from pendulum_rl_env.control.base import Base, parse_base
 from pendulum_rl_env.control.classical import Tuning
-from pendulum_rl_env.in_process import INTECO
 from pendulum_rl_env.learning import environments
 from pendulum_rl_env.learning.preset import IN_PROCESS, load_preset
 from pendulum_rl_env.task import Task
 from pendulum_twin.encoders import EXACT
+from pendulum_twin.inteco import INTECO
 from pendulum_twin.model import Twin
 
 VOLTS = 20.0  # as much force as at INTECO's PWM of 0.5

@@ -65,6 +65,17 @@ def test_what_cannot_be_done_ends_in_one_line(error, said, capsys):
     assert capsys.readouterr() == ("", said)
 
 
+def test_an_errors_own_status_is_the_exit_status(capsys):
+    class WrongOption(BadInputError):
+        exit_status = 2
+
+    def work() -> None:
+        raise WrongOption("expected another option")
+
+    assert run_command("tool", work, "") == 2
+    assert capsys.readouterr().err == "tool: expected another option\n"
+
+
 def test_the_works_own_status_is_the_exit_status(capsys):
     assert (run_command("tool", lambda: None, ""), run_command("tool", lambda: 1, "")) == (0, 1)
     assert capsys.readouterr() == ("", "")

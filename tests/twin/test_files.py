@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.files import compute_digest, read_json_object, write_atomically
+from pendulum_twin.files import compute_digest, read_json_object, read_yaml, write_atomically
 
 SCHEMA = "pendulum_test/1"
 
@@ -51,12 +51,12 @@ def test_a_json_object_is_read_with_its_schema(tmp_path):
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [
-        (b"{", "but it cannot be read"),
-        (b"\xff", "but it cannot be read"),
-        (b"[" * 100_000, "but it cannot be read"),
+        (b"{", "but it cannot be read: it is no JSON"),
+        (b"\xff", "but it cannot be read: it is no text"),
+        (b"[" * 100_000, "but it cannot be read: it is no JSON"),
         (b"[1]", "found another file"),
         (b'{"schema": "other/1"}', "found another file"),
-        (None, "but it cannot be read"),
+        (None, "but it cannot be read: no such file"),
     ],
     ids=["no JSON", "no text", "too deep", "a list", "another schema", "not there"],
 )
@@ -68,3 +68,15 @@ def test_another_file_is_refused_by_its_path(tmp_path, content, sentence):
         read_json_object(path, SCHEMA, "a test")
     assert str(error.value).startswith(f"{path}: expected a test with schema {SCHEMA}")
     assert sentence in str(error.value)
+
+
+def test_a_yaml_file_that_is_none_is_refused_without_pythons_words(tmp_path):
+    (tmp_path / "empty.yaml").write_text("")
+    for name, sentence in (
+        ("nope.yaml", "expected a test, but it cannot be read: no such file"),
+        (".", "expected a test, but it cannot be read: it is a folder"),
+        ("empty.yaml", "expected a test, found it empty"),
+    ):
+        with pytest.raises(BadInputError) as error:
+            read_yaml(tmp_path / name, "a test")
+        assert str(error.value) == f"{tmp_path / name}: {sentence}"

@@ -105,12 +105,12 @@ def test_unknown_names_are_refused_with_a_hint():
 
 def test_other_shapes_are_refused():
     assert_refused(None, "expected a mapping")
-    assert_refused([1, 2], "expected a mapping", "list")
+    assert_refused([1, 2], "expected a mapping", "found [1, 2]")
     assert_refused(change("schema", "pendulum_twin/2"), "pendulum_twin/1", "pendulum_twin/2")
     assert_refused(change("schema", None), "pendulum_twin/1")
     assert_refused(change("rig", None), "rig", "mapping")
-    assert_refused(change("rig", "inteco"), "rig", "str")
-    assert_refused(change("effects", ["rail_tilt"]), "effects", "list")
+    assert_refused(change("rig", "inteco"), "rig", "found 'inteco'")
+    assert_refused(change("effects", ["rail_tilt"]), "effects", "found ['rail_tilt']")
 
 
 def test_a_part_is_whole_or_absent():
@@ -209,7 +209,7 @@ def test_files_that_cannot_be_read_are_refused_by_their_path(tmp_path):
     for content, word in (
         (b"rig: [", "expected YAML"),
         (b"\xff\xfe\x00", "cannot be read"),
-        (b"", "NoneType"),
+        (b"", "expected a twin file, found it empty"),
     ):
         path.write_bytes(content)
         with pytest.raises(BadInputError, match=word) as error:

@@ -26,7 +26,8 @@ from pendulum_bridge.wire.protocol import COMMAND, Command, Sample
 from pendulum_twin.arrays import Floats
 from pendulum_twin.command_line import add_version, make_number_reader, make_whole_reader
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.model import Twin, load_twin
+from pendulum_twin.inteco import DEFAULT, load_twin_or_inteco
+from pendulum_twin.model import Twin
 from pendulum_twin.parser import Parser, complete
 
 
@@ -94,7 +95,7 @@ def make_rig_factory(options: argparse.Namespace) -> Callable[[], EmulatedRig]:
 def _choose_concealed(options: argparse.Namespace) -> Concealed:
     """Return the truth of the rig, as effects that belong to one recording leave it."""
     if options.seal is None:
-        nominal = load_twin(options.twin).rig
+        nominal = load_twin_or_inteco(options.twin).rig
         return draw_concealed(options.seed, options.effects, nominal, live=True)
     sealed = open_seal(options.seal)
     lasting = Twin("sealed", sealed.rig, sealed.effects).drop_recording_effects()
@@ -129,8 +130,7 @@ def parse_options(arguments: list[str] | None) -> argparse.Namespace:
     add(
         "--twin",
         type=Path,
-        default=Path("config/inteco.yaml"),
-        help="nominal rig of --seed",
+        help=f"nominal rig of --seed {DEFAULT}",
     )
     add(
         "--pole-counts",

@@ -16,25 +16,8 @@ from pendulum_rl_env.task import Task
 from pendulum_rl_env.vector_env import PendulumVectorEnv
 from pendulum_twin.encoders import EXACT, Encoders
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.model import Twin, load_twin
-from pendulum_twin.rig import Rig
-
-# The INTECO rig by its maker's constants, as in config/inteco.yaml: the default twin to learn on.
-INTECO = Twin(
-    "inteco",
-    Rig(
-        cart_mass_kg=0.5723,
-        pole_mass_kg=0.12,
-        com_distance_m=0.01955717,
-        pole_inertia_kg_m2=0.00292,
-        gravity_m_s2=9.81,
-        force_per_pwm_n=12.86,
-        cart_viscous_n_s_m=0.5,
-        pole_viscous_n_m_s=0.00027344,
-        rail_half_length_m=0.9,
-        pwm_limit=0.5,
-    ),
-)
+from pendulum_twin.inteco import load_twin_or_inteco
+from pendulum_twin.model import Twin
 
 TwinLike = Twin | str | Path | None
 
@@ -46,7 +29,7 @@ def load_learnable_twin(twin: TwinLike) -> Twin:
 
     Raises BadInputError when the file cannot be read, or cart, pole or drive is missing.
     """
-    loaded = INTECO if twin is None else twin if isinstance(twin, Twin) else load_twin(twin)
+    loaded = twin if isinstance(twin, Twin) else load_twin_or_inteco(twin)
     if not (loaded.rig.has_cart and loaded.rig.has_pole and loaded.rig.force_per_pwm_n):
         raise BadInputError(
             f"{loaded.name}: expected a rig with cart, pole and drive to learn on, found a part "

@@ -61,7 +61,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             sys.stdout.flush()
         return status
     except BadInputError as error:
-        return say(str(error))
+        return say(str(error), error.exit_status)
     except KeyboardInterrupt:
         return say("stopped by the keyboard before the question was answered", INTERRUPTED)
     except BrokenPipeError:

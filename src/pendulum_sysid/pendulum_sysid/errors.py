@@ -9,6 +9,8 @@ from pendulum_twin.errors import BadInputError
 class WrongUse(BadInputError):
     """Say that inputs do not fit together or that an option does not fit them."""
 
+    exit_status = 2
+
 
 class FileError(BadInputError):
     """Say that a file is missing, cannot be read or written, or does not hold its format."""

@@ -23,11 +23,14 @@ def run_command(
     interrupted: what Ctrl-C has left behind, in words.
     interrupted_status: exit status after Ctrl-C.
 
-    Bad input, and a file that cannot be used, end in one line on stderr and the status 1.
+    Bad input, and a file that cannot be used, end in one line on stderr, with the error's own
+    exit status or 1.
     """
     try:
         return work() or 0
-    except (BadInputError, OSError) as error:
+    except BadInputError as error:
+        reason, status = str(error), error.exit_status
+    except OSError as error:
         reason, status = str(error), 1
     except KeyboardInterrupt:
         reason, status = f"interrupted; {interrupted}", interrupted_status

@@ -2,4 +2,9 @@
 
 
 class BadInputError(Exception):
-    """Say what was expected, what was found, and what to do; a program prints it and ends."""
+    """Say what was expected, what was found, and what to do; a program prints it and ends.
+
+    exit_status: of the program.
+    """
+
+    exit_status = 1

@@ -48,6 +48,20 @@ def compute_digest(paths: Iterable[Path]) -> str:
     return f"sha256:{digest.hexdigest()}"
 
 
+def describe_read_error(error: Exception) -> str:
+    """Return why a file cannot be read, for a sentence of the one who reads it."""
+    if isinstance(error, FileNotFoundError):
+        return "no such file"
+    if isinstance(error, IsADirectoryError):
+        return "it is a folder"
+    if isinstance(error, UnicodeDecodeError):
+        return "it is no text"
+    if isinstance(error, json.JSONDecodeError | RecursionError):
+        return "it is no JSON"
+    reason = getattr(error, "strerror", None) or str(error)
+    return " ".join(reason.split())
+
+
 def read_yaml(path: str | Path, what: str, most_bytes: int = YAML_MOST_BYTES) -> Any:
     """Return what a YAML file holds, as `read_yaml_as` does."""
     return read_yaml_as(lambda content: content, path, what, most_bytes)
@@ -65,7 +79,7 @@ def read_yaml_as[T](
     most_bytes: size of the largest file that is read.
 
     Raises BadInputError, with the path, and the line where it is known, when the file cannot be
-    read, is too large, is no YAML or holds a wrong value.
+    read, is too large, is empty, is no YAML or holds a wrong value.
     """
     try:
         with Path(path).open("rb") as stream:
@@ -76,11 +90,15 @@ def read_yaml_as[T](
             )
         text = octets.decode("utf-8-sig")
     except (OSError, ValueError) as error:
-        raise BadInputError(f"{path}: expected {what}, but it cannot be read: {error}") from error
+        raise BadInputError(
+            f"{path}: expected {what}, but it cannot be read: {describe_read_error(error)}"
+        ) from error
     try:
         content = parse_yaml(text)
     except BadInputError as error:
         raise BadInputError(f"{path}: {error}") from error
+    if content is None:
+        raise BadInputError(f"{path}: expected {what}, found it empty")
     try:
         return parse(content)
     except BadInputError as error:
@@ -102,7 +120,9 @@ def read_json_object(path: Path, schema: str, what: str) -> dict[str, Any]:
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
-        raise BadInputError(f"{expected}, but it cannot be read: {error}") from error
+        raise BadInputError(
+            f"{expected}, but it cannot be read: {describe_read_error(error)}"
+        ) from error
     if not isinstance(content, dict) or content.get("schema") != schema:
         raise BadInputError(f"{expected}, found another file")
     return content

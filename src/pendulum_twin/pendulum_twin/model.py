@@ -170,8 +170,7 @@ def parse_twin(mapping: object) -> Twin:
     """Return the twin of a twin file's mapping; raise BadInputError naming a wrong key."""
     if not isinstance(mapping, Mapping):
         raise BadInputError(
-            "expected a mapping with schema, name, rig and effects, "
-            f"found {type(mapping).__name__}"
+            f"expected a mapping with schema, name, rig and effects, found {shown(mapping)}"
         )
     for key in mapping:
         if key not in KEYS:
@@ -181,13 +180,11 @@ def parse_twin(mapping: object) -> Twin:
     effects = mapping.get("effects") or {}
     if not isinstance(effects, Mapping):
         raise BadInputError(
-            f"effects: expected a mapping of catalogue names, found {type(effects).__name__}"
+            f"effects: expected a mapping of catalogue names, found {shown(effects)}"
         )
     laws = mapping.get("measured_laws") or {}
     if not isinstance(laws, Mapping):
-        raise BadInputError(
-            f"measured_laws: expected a mapping of laws, found {type(laws).__name__}"
-        )
+        raise BadInputError(f"measured_laws: expected a mapping of laws, found {shown(laws)}")
     block, spreads = _split_spreads(mapping.get("rig"))
     rig = parse_rig(block)
     check_pole_body(rig)

@@ -128,7 +128,7 @@ def parse_rig(mapping: object) -> Rig:
     """
     if not isinstance(mapping, Mapping):
         raise BadInputError(
-            f"expected 'rig' to be a mapping of names to numbers, found {type(mapping).__name__}"
+            f"expected 'rig' to be a mapping of names to numbers, found {shown(mapping)}"
         )
     known = (*RANGES, POLE_COM_KEY)
     for key in mapping:

@@ -68,7 +68,9 @@ def load_or_stop(built_in: Iterable[Effect]) -> tuple[Effect, ...]:
     try:
         return load_user_effects(built_in)
     except BadInputError as error:
-        print(f"effects: {error}", file=sys.stderr)
+        program = Path(sys.argv[0]).stem
+        name = program if program.isidentifier() else "effects"  # such as -c of Python
+        print(f"{name}: {error}", file=sys.stderr)
         raise SystemExit(2) from error
 
 

@@ -300,7 +300,7 @@ def test_phases_check_themselves_without_a_file() -> None:
         ("[" * 5000, "line 1: expected at most 20 levels of nesting, found more"),
         ("schema: 2001-99-99", "schema: expected pendulum_plan/1, found '2001-99-99'"),
         ("\x00", "expected YAML, found"),
-        ("", "expected a mapping with schema and phases, found None"),
+        ("", "expected a plan file, found it empty"),
     ],
 )
 def test_what_is_no_yaml_is_refused(text: str, sentence: str, tmp_path) -> None:

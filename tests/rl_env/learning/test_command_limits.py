@@ -24,7 +24,7 @@ from support.served_twin import served_twin
 
 from pendulum_rl_env import evaluate, train
 from pendulum_rl_env.command_limits import check_limits
-from pendulum_rl_env.in_process import INTECO, make_twin_env
+from pendulum_rl_env.in_process import make_twin_env
 from pendulum_rl_env.learning.policies import (
     get_task,
     load_controller,
@@ -35,6 +35,7 @@ from pendulum_rl_env.learning.policies import (
 from pendulum_rl_env.learning.policy_file import FACTS, WEIGHTS
 from pendulum_rl_env.task import Task
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.inteco import INTECO
 from pendulum_twin.model import Twin, save_twin
 
 VOLTS = 6.0

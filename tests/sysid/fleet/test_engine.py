@@ -15,7 +15,6 @@ import pytest
 from support.engine_tasks import act_as_told, get_process
 from support.polling import until
 
-from pendulum_sysid.errors import WrongUse
 from pendulum_sysid.fleet import engine as engine_module
 from pendulum_sysid.fleet.engine import Engine, SchedulerLost, open_client, run_tasks
 from pendulum_twin.errors import BadInputError
@@ -87,7 +86,7 @@ def kill_first_worker(item: Path) -> None:
 def test_a_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(engine_module, "CONNECT_S", 1.0)
     with (
-        pytest.raises(WrongUse, match=r"expected a Dask scheduler at tcp://127\.0\.0\.1:9"),
+        pytest.raises(BadInputError, match=r"expected a Dask scheduler at tcp://127\.0\.0\.1:9"),
         open_client(Engine(scheduler="tcp://127.0.0.1:9")),
     ):
         raise AssertionError
@@ -140,7 +139,7 @@ def test_another_cluster_whose_workers_all_go(
         assert next(endings).result == 4
         monkeypatch.setattr(engine_module, "WORKERS_S", 1.0)
         worker.kill()
-        with pytest.raises(WrongUse, match="expected workers that go on, found none for 1 s"):
+        with pytest.raises(BadInputError, match="expected workers that go on, found none for 1 s"):
             next(endings)
 
 

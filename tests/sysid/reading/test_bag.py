@@ -14,6 +14,7 @@ from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
+from pendulum_sysid.cleaning.clean import clean_recording
 from pendulum_sysid.reading.bag import read_bag, write_bag
 from pendulum_twin.errors import BadInputError
 
@@ -255,6 +256,21 @@ def test_a_cut_file_is_read_as_far_as_it_goes(
     bare = read_bag(file)
     assert len(bare.state_stamp_s) == read
     assert bare.cut_short or kept > 0.99  # the index at the end may be whole
+
+
+def test_a_file_that_is_cut_after_a_few_samples_is_to_be_copied_again(tmp_path: Path) -> None:
+    """Each says so: no messages of a topic, a single sample, and too few samples to clean."""
+    file = write(tmp_path / "bag", both()) / "bag.mcap"
+    whole, said = file.read_bytes(), []
+    for length in (700, *range(800, 3000, 20), len(whole) // 40):
+        file.write_bytes(whole[:length])
+        try:
+            clean_recording(read_bag(file))
+        except BadInputError as error:
+            said.append(str(error))
+    ends = "in a file that is cut off or damaged: copy it again"
+    for words in ("found none", "found 1", "usable samples"):
+        assert any(words in sentence and ends in sentence for sentence in said), (words, said)
 
 
 def test_a_file_that_ends_in_zeros_is_read_up_to_them(tmp_path: Path) -> None:

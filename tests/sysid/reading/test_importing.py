@@ -127,7 +127,7 @@ def test_a_cell_that_is_no_number_is_refused_with_its_line(file: Path, tmp_path:
 
 def test_files_without_content_are_refused(tmp_path: Path) -> None:
     file = tmp_path / "file.csv"
-    assert "cannot be read" in refusal(file, tmp_path / "bag", "t", "u", "x")
+    assert "cannot be read: no such file" in refusal(file, tmp_path / "bag", "t", "u", "x")
     file.write_text("")
     assert "found it empty" in refusal(file, tmp_path / "bag", "t", "u", "x")
     file.write_text("t,u,x\n")
@@ -135,7 +135,9 @@ def test_files_without_content_are_refused(tmp_path: Path) -> None:
         file, tmp_path / "bag", "t", "u", "x"
     )
     file.write_text("0,1,2\n1,2,3\n")
-    assert "found numbers in line 1" in refusal(file, tmp_path / "bag", "t", "u", "x")
+    assert "3 names, t among them, found none in line 1" in refusal(
+        file, tmp_path / "bag", "t", "u", "x"
+    )
     file.write_bytes(b"t,u,x\n\xff\xfe\n")
     assert "cannot be read" in refusal(file, tmp_path / "bag", "t", "u", "x")
 
@@ -281,7 +283,7 @@ def test_a_number_beyond_the_columns_is_refused(tmp_path: Path) -> None:
 
 
 def test_sine_and_cosine_make_the_angle(tmp_path: Path) -> None:
-    file = write(tmp_path / "file.csv", "t,s,c", u=np.sin(TH), x=np.cos(TH), theta=0 * TH)
+    file = write(tmp_path / "file.csv", "t,s,c,theta", u=np.sin(TH), x=np.cos(TH), theta=0 * TH)
     raw = import_file(file, "t", sin="s", cos="c", pole_zero="down", invert_pole=True)
     np.testing.assert_allclose(raw.pole, np.pi - TH, atol=1e-12)
     assert "--sin and --cos together" in refusal(file, tmp_path / "bag", "t", sin="s")
@@ -339,6 +341,14 @@ def test_a_recording_needs_no_import(file: Path, tmp_path: Path) -> None:
     import_file(file, "t", "u", "x")
     sentence = refusal(tmp_path / "file.csv.bag", tmp_path / "bag", "t", "u", "x")
     assert "found a recording: nothing is to be imported, give it to sysid diagnose" in sentence
+
+
+def test_a_folder_without_a_recording_is_no_file(tmp_path: Path) -> None:
+    folder = tmp_path / "runs"
+    folder.mkdir()
+    (folder / "monday.csv").write_text("t,u,x\n")
+    sentence = refusal(folder, tmp_path / "bag", "t", "u", "x")
+    assert sentence.endswith("file, found a folder: name the files in it")
 
 
 def test_a_csv_file_in_place_of_a_recording_names_the_import(file: Path) -> None:

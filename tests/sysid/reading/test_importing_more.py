@@ -49,7 +49,7 @@ def test_a_run_that_cannot_be_read_leaves_nothing_behind(tmp_path: Path) -> None
     run = np.repeat([1.0, 2.0], [399, 1])  # the second run has a single row
     file = write(tmp_path / "runs.csv", t=TIMES, u=0 * X, x=X, theta=TH, run=run)
     columns = Columns("t", "u", "x", "theta", segment="run")
-    with pytest.raises(WrongUse, match="expected rows"):
+    with pytest.raises(FileError, match="expected rows"):
         import_segments(file, tmp_path / "out", columns)
     assert not (tmp_path / "out").exists()
 

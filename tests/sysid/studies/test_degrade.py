@@ -93,5 +93,5 @@ def test_a_small_study(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> No
         ("smoothed", "unusable", "says less"),
     ]
     assert "20 % of the messages lost" in capsys.readouterr().out
-    assert main([*argv, "--degrade", "none_such"]) == 1
+    assert main([*argv, "--degrade", "none_such"]) == 2
     assert "expected kinds among loss_1" in capsys.readouterr().err

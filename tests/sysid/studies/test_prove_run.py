@@ -130,6 +130,34 @@ def test_a_complaint_of_the_recorder_is_passed_on(tmp_path: Path) -> None:
         record_trial.record_trial(tmp_path, 0, ["--seed", "1", "--twin", "no_such_twin.yaml"])
 
 
+@pytest.mark.parametrize(
+    "words, expected, begins",
+    [
+        (("--kinds", "foo:1"), 2, "sysid: --kinds: expected KIND:SHARE,..."),
+        (("--seconds", "3"), 2, "sysid: --seconds: expected a number from 40"),
+        (("--twin", "nope.yaml"), 1, "sysid: nope.yaml: expected a twin file"),
+        (("--twin", "nope.yaml", "--degrade"), 1, "sysid: nope.yaml: expected a twin file"),
+    ],
+)
+def test_what_the_recorder_refuses_is_said_before_anything_is_written(
+    words: tuple[str, ...],
+    expected: int,
+    begins: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    out = tmp_path / "out"
+    status, _, err = run_prove(capsys, "--trials", 1, "--seed", 1, "--out", out, *words)
+    assert (status, out.exists()) == (expected, False)
+    assert err.startswith(begins) and err.count("expected") == 1
+
+
+def test_the_nominal_rig_needs_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)  # outside the clone
+    record_trial.check_options(["--seed", "1"])
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_trial_that_is_there_is_not_recorded_again(folder: Path) -> None:
     trials = folder / "trials"
     assert record_trial.record_trial(trials, 1, ["--no-such-option"]) == trials / "trial_0001"

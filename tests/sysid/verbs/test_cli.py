@@ -42,9 +42,9 @@ def wrong(tmp_path_factory: pytest.TempPathFactory) -> str:
     return str(path)
 
 
-def refused(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
-    """Run a command that must end with status 1 and return its one line on stderr."""
-    assert main([str(a) for a in arguments]) == 1
+def refused(capsys: pytest.CaptureFixture[str], *arguments: object, status: int = 1) -> str:
+    """Run a command that must not answer and return its one line on stderr."""
+    assert main([str(a) for a in arguments]) == status
     said = capsys.readouterr()
     assert said.out == ""
     assert said.err.count("\n") == 1 and said.err.startswith("sysid: ")
@@ -147,12 +147,14 @@ def test_a_twin_that_is_not_there(
 def test_the_same_recording_twice(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, bag: str
 ) -> None:
-    said = refused(capsys, "fit", bag, bag, "--twin", TWIN, "--out", tmp_path / "o.yaml")
+    words = ["fit", bag, bag, "--twin", TWIN, "--out", tmp_path / "o.yaml"]
+    said = refused(capsys, *words, status=2)
     assert "found this one twice" in said
 
 
 def test_another_topic(capsys: pytest.CaptureFixture[str], bag: str) -> None:
-    said = refused(capsys, "replay", bag, "--twin", TWIN, "--state-topic", "/else")
+    words = ["replay", bag, "--twin", TWIN, "--state-topic", "/else"]
+    said = refused(capsys, *words, status=2)
     assert "expected the topic /else" in said
 
 
@@ -184,10 +186,8 @@ def test_a_file_where_a_folder_stands(
 def test_a_picture_of_unknown_kind(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, bag: str
 ) -> None:
-    said = refused(
-        capsys, "compare", bag, "--twin", TWIN, "--twin", TWIN, "--out", tmp_path / "plot.txt"
-    )
-    assert "found .txt" in said
+    words = ["compare", bag, "--twin", TWIN, "--twin", TWIN, "--out", tmp_path / "plot.txt"]
+    assert "found .txt" in refused(capsys, *words, status=2)
 
 
 @pytest.mark.parametrize(
@@ -426,17 +426,9 @@ def test_import_of_a_column_that_is_not_there(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     (tmp_path / "run.csv").write_text("t,x\n0,0\n1,0\n")
-    refused(
-        capsys,
-        "import",
-        tmp_path / "run.csv",
-        "--out",
-        tmp_path / "bag",
-        "--time",
-        "t",
-        "--cart",
-        "y",
-    )
+    words = ["import", tmp_path / "run.csv", "--out", tmp_path / "bag", "--time", "t"]
+    said = refused(capsys, *words, "--command", "x", "--cart", "y", status=2)
+    assert "expected a column y, found t, x" in said
     assert not (tmp_path / "bag").exists()
 
 
@@ -602,14 +594,44 @@ def test_a_misspelt_column_is_hinted_at(
     csv = tmp_path / "run.csv"
     csv.write_text("time,volts,theta\n0,0,0\n1,0,0\n")
     words = ["--out", tmp_path / "run", "--time", "time", "--pole", "thetta"]
-    assert "did you mean theta?" in refused(capsys, "import", csv, *words)
+    assert "did you mean theta?" in refused(capsys, "import", csv, *words, status=2)
 
 
 def test_a_misspelt_constant_is_hinted_at(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, bag: str
 ) -> None:
     words = ["--twin", TWIN, "--out", tmp_path / "o.yaml", "--hold", "pole_inertia"]
-    assert "did you mean pole_inertia_kg_m2?" in refused(capsys, "fit", bag, *words)
+    said = refused(capsys, "fit", bag, *words, status=2)
+    assert "did you mean pole_inertia_kg_m2?" in said
+
+
+@pytest.mark.parametrize(
+    "angle", [["--cart", "x", "--cos", "c"], ["--pole", "c", "--sin", "c", "--cos", "c"]]
+)
+def test_an_angle_that_is_given_half_or_twice_is_wrong_use(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, angle: list[str]
+) -> None:
+    (tmp_path / "run.csv").write_text("t,u,x,c\n0,0,0,1\n1,0,0,1\n")
+    words = ["--out", tmp_path / "bag", "--time", "t", "--command", "u", *angle]
+    said = refused(capsys, "import", tmp_path / "run.csv", *words, status=2)
+    assert "give the angle one way" in said
+
+
+def test_a_folder_without_effects_is_said_by_the_program(tmp_path: Path) -> None:
+    program = tmp_path / "sysid"
+    program.write_text("from pendulum_sysid.cli import main\nmain()\n")
+    places = os.pathsep.join(
+        str(ROOT / "src" / name) for name in ("pendulum_twin", "pendulum_sysid")
+    )
+    done = subprocess.run(
+        [sys.executable, program, "effects", "--effects", tmp_path / "nope"],
+        env=os.environ | {"PYTHONPATH": places},
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"sysid: {tmp_path / 'nope'}: expected a folder with effects")
 
 
 def test_open_shows_the_report_in_the_browser(

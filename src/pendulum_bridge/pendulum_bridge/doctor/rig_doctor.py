@@ -30,7 +30,7 @@ from pendulum_bridge.doctor.wire import PortWire, open_tcp_wire, open_udp_wire
 from pendulum_bridge.wire.udp import RIG, USER, Address, parse_address
 from pendulum_twin.command_line import as_option, make_number_reader
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.model import load_twin
+from pendulum_twin.inteco import DEFAULT, load_twin_or_inteco
 from pendulum_twin.parser import Parser, add_common_options, complete
 
 SCHEMA = "rig_doctor/1"
@@ -51,7 +51,7 @@ def main(arguments: list[str] | None = None) -> int:
     signal.signal(signal.SIGTERM, _interrupt)
     findings: list[Finding] = []
     try:
-        task = Task(load_twin(options.twin), options.rate, options.seconds, options.move)
+        task = Task(load_twin_or_inteco(options.twin), options.rate, options.seconds, options.move)
         if options.move:
             print(NOTICE, file=sys.stderr, flush=True)
         with closing(run_checks(options, task)) as checks:
@@ -177,8 +177,7 @@ def parse_options(arguments: list[str] | None) -> argparse.Namespace:
     add(
         "--twin",
         type=Path,
-        default=Path("config/inteco.yaml"),
-        help="twin file of the rig",
+        help=f"twin file of the rig {DEFAULT}",
     )
     add(
         "--listen",

@@ -31,7 +31,7 @@ from pendulum_twin.command_line import (
     make_whole_reader,
 )
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.model import load_twin
+from pendulum_twin.inteco import DEFAULT, load_twin_or_inteco
 from pendulum_twin.parser import Parser, add_common_options, complete
 from pendulum_twin.stop_request import StopRequest, catch_stop_signals, ignore_stop_signals
 
@@ -107,14 +107,14 @@ def _summarise(served: Served, port: Port[Command]) -> str:
 def _choose_concealed(options: argparse.Namespace) -> Concealed:
     """Return the rig that the seed draws, or, without a seed, the twin of the file."""
     if options.conceal is not None:
-        nominal = load_twin(options.twin).rig
+        nominal = load_twin_or_inteco(options.twin).rig
         return draw_concealed(options.conceal, options.effects, nominal, live=True)
     return _read_rig(options.twin)
 
 
-def _read_rig(file: Path) -> Concealed:
+def _read_rig(file: Path | None) -> Concealed:
     """Return the rig of a twin file; raise BadInputError when it cannot be emulated."""
-    twin = load_twin(file)
+    twin = load_twin_or_inteco(file)
     for name in twin.effects:
         if name not in BY_NAME:
             raise BadInputError(
@@ -170,8 +170,7 @@ def _add_rig(parser: Parser) -> None:
     parser.add_argument(
         "--twin",
         type=Path,
-        default=Path("config/inteco.yaml"),
-        help="twin file of the nominal rig",
+        help=f"twin file of the nominal rig {DEFAULT}",
     )
     parser.add_argument(
         "--conceal",

@@ -31,7 +31,8 @@ from pendulum_bridge.studies.trial.trial import Trial, add_rest, draw_trial, dra
 from pendulum_twin.command_line import as_option, make_number_reader, make_whole_reader
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import write_atomically
-from pendulum_twin.model import Twin, load_twin, save_twin
+from pendulum_twin.inteco import DEFAULT, load_twin_or_inteco
+from pendulum_twin.model import Twin, save_twin
 from pendulum_twin.parser import Parser, add_common_options, complete
 from pendulum_twin.plans.excitation import make_standard_plan
 from pendulum_twin.plans.plan_file import make_excitation, read_plan
@@ -45,7 +46,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Record all trials and return 0; return 1 with a sentence on stderr when a trial fails."""
     options = parse_options(arguments)
     try:
-        nominal = load_twin(options.twin)
+        nominal = load_twin_or_inteco(options.twin)
         for number in range(options.first, options.first + options.trials):
             folder = record_trial(_draw_trial(number, options, nominal), nominal, options)
             if not options.quiet:
@@ -242,8 +243,7 @@ def _add_rig(parser: Parser) -> None:
     parser.add_argument(
         "--twin",
         type=Path,
-        default=Path("config/inteco.yaml"),
-        help="twin file of the nominal rig",
+        help=f"twin file of the nominal rig {DEFAULT}",
     )
 
 

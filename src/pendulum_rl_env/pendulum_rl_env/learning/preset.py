@@ -11,6 +11,7 @@ from typing import Any
 from pendulum_rl_env.learning.algorithms import ALGORITHMS, list_settings
 from pendulum_rl_env.names import IN_PROCESS, OVER_TOPICS, PRESETS
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.files import describe_read_error
 from pendulum_twin.rig import check_number, describe_unknown_key
 from pendulum_twin.strict_yaml import parse_yaml
 
@@ -86,7 +87,7 @@ def load_preset(name: str, environment: str) -> Preset:
         mapping = parse_yaml(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, BadInputError) as error:
         known = ", ".join(PRESETS)
-        reason = str(error).splitlines()[0]
+        reason = describe_read_error(error)
         raise BadInputError(
             f"--preset: expected {known} or a YAML file, found {name}: {reason}"
         ) from error

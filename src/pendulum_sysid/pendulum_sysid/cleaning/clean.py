@@ -46,7 +46,7 @@ from pendulum_sysid.cleaning.velocity_spikes import detect_velocity_spikes
 from pendulum_sysid.cleaning.wraps import detect_wraps
 from pendulum_sysid.command_doubt import CommandDoubt
 from pendulum_sysid.errors import UnusableRecording
-from pendulum_sysid.reading.raw import JOINTS, RawRecording
+from pendulum_sysid.reading.raw import JOINTS, RawRecording, suggest_more
 from pendulum_sysid.records import FaultKind, QualityFinding, Recording
 from pendulum_twin.arrays import Floats, Mask
 from pendulum_twin.signals import Signals
@@ -185,17 +185,17 @@ def _hold_parts(raw: RawRecording, signals: Signals, count: int) -> Signals:
 def _start_samples(raw: RawRecording, rows: Mask) -> Samples:
     """Return the usable rows (n,) of a recording with the rate of their stamps."""
     stamps = raw.state_stamp_s[rows]
-    _check_enough(len(stamps), float(np.ptp(stamps)) if len(stamps) else 0.0)
+    _check_enough(raw, len(stamps), float(np.ptp(stamps)) if len(stamps) else 0.0)
     positions = {joint: values[rows] for joint, values in raw.positions.items()}
     return Samples(raw, rows, estimate_rate(stamps), stamps, positions)
 
 
-def _check_enough(samples: int, seconds: float) -> None:
+def _check_enough(raw: RawRecording, samples: int, seconds: float) -> None:
     if samples < decisions.LEAST_SAMPLES or seconds < decisions.LEAST_SECONDS:
         raise UnusableRecording(
             f"expected at least {decisions.LEAST_SAMPLES} usable samples and "
-            f"{decisions.LEAST_SECONDS:g} s, found {samples} samples in {seconds:.3g} s: "
-            "record longer"
+            f"{decisions.LEAST_SECONDS:g} s, found {samples} samples in {seconds:.3g} s"
+            f"{suggest_more(raw.cut_short)}"
         )
 
 
@@ -215,7 +215,7 @@ def _put_on_one_clock(samples: Samples) -> Signals:
         ]
         columns[joint] = np.concatenate([np.empty(0), *(values for values, _ in pieces)])
         valid[joint] = np.concatenate([np.empty(0, dtype=bool), *(good for _, good in pieces)])
-    _check_enough(len(instants), len(instants) * rate.period_s)
+    _check_enough(raw, len(instants), len(instants) * rate.period_s)
     return Signals(
         period_s=rate.period_s,
         command=hold_commands(instants, rate.period_s, *_list_commands(raw)),

@@ -21,7 +21,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-from pendulum_sysid.errors import WrongUse
 from pendulum_twin.errors import BadInputError
 
 try:
@@ -128,7 +127,7 @@ def open_client(engine: Engine, prepare: Callable[[], None] | None = None) -> It
     """Open a local cluster or connect to another; a local cluster ends with the block.
 
     prepare: is called once in each worker before its first task.
-    Raises WrongUse when no scheduler answers at the address.
+    Raises BadInputError when no scheduler answers at the address.
     """
     levels = {name: logging.getLogger(name).level for name in QUIET}
     for name in QUIET:
@@ -159,7 +158,7 @@ def _connect(engine: Engine) -> Iterator[Client]:
     try:
         client = Client(engine.scheduler, timeout=CONNECT_S)
     except (OSError, ValueError) as error:
-        raise WrongUse(
+        raise BadInputError(
             f"expected a Dask scheduler at {engine.scheduler}, found that none answers: start it "
             "with `dask scheduler`, or leave out --scheduler"
         ) from error
@@ -201,7 +200,8 @@ def run_tasks[Item, Result](
     function: importable by the workers.
     items: are taken when a worker is free, and a few ahead.
     time_limit_s: s; of one task.
-    Raises SchedulerLost when the scheduler goes, WrongUse when it has no workers for a while.
+    Raises SchedulerLost when the scheduler goes, BadInputError when it has no workers for a
+    while.
     """
     _wait_for_workers(client)
     supply = _Supply(client, function, iter(items), time_limit_s)
@@ -278,14 +278,14 @@ def _wait_for_workers(client: Client) -> None:
     try:
         client.wait_for_workers(1, timeout=WORKERS_S)
     except TimeoutError as error:
-        raise WrongUse(
+        raise BadInputError(
             "expected a scheduler with workers, found it without any: start them with "
             "`dask worker ADDRESS --nthreads 1`"
         ) from error
 
 
 def _wait_for_ending(client: Client, supply: _Supply[Any, Any]) -> None:
-    """Return when a task has ended; raise WrongUse where no worker has been there for a while."""
+    """Return when a task has ended; raise BadInputError where no worker is there for a while."""
     present_s = looked_s = time.monotonic()
     while not supply.finished.has_ready():
         time.sleep(LOOK_S)
@@ -294,7 +294,7 @@ def _wait_for_ending(client: Client, supply: _Supply[Any, Any]) -> None:
             if _count_threads(client):
                 present_s = looked_s
             elif looked_s - present_s > WORKERS_S:
-                raise WrongUse(
+                raise BadInputError(
                     f"expected workers that go on, found none for {WORKERS_S:g} s: run the same "
                     "command again to go on from what is done; with --scheduler, start workers "
                     "first"

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pendulum_sysid import decisions
+from pendulum_sysid.errors import WrongUse
 from pendulum_sysid.finding.separation import Tie, compute_naming_threshold
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.planning.aims import Aim, Narrowing, Parting, list_narrowings, make_partings
@@ -49,10 +50,10 @@ def plan_next_experiment(
     seconds: length of the plan.
     seed: draws what is random in a plan; the same inputs and seed give the same plan.
 
-    Raises BadInputError for a plan too short for a push, a phase and a rest.
+    Raises WrongUse for a plan too short for a push, a phase and a rest.
     """
     if not seconds >= SHORTEST_S:
-        raise BadInputError(f"seconds: expected at least {SHORTEST_S:g}, found {seconds:g}")
+        raise WrongUse(f"seconds: expected at least {SHORTEST_S:g}, found {seconds:g}")
     never = [describe_never_parted(tie) for tie in ties if tie.by_no_motion]
     tied = [] if goal == "interval" else _list_partings(case, split, best, ties)
     parting = (

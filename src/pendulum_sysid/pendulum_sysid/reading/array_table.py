@@ -12,6 +12,7 @@ import numpy as np
 from pendulum_sysid.errors import FileError
 from pendulum_sysid.reading.table import Table
 from pendulum_twin.arrays import Floats
+from pendulum_twin.files import describe_read_error
 
 ARRAY_SUFFIXES = (".mat", ".npz", ".parquet")
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -31,7 +32,8 @@ def read_array_table(path: Path) -> Table:
         raise
     except Exception as error:  # three libraries with their own errors
         raise FileError(
-            f"expected a {path.suffix} file, but it cannot be read ({error}): export it again"
+            f"expected a {path.suffix} file, but it cannot be read "
+            f"({describe_read_error(error)}): export it again"
         ) from error
     columns = _list_columns(arrays)
     rows = max((len(values) for values in columns.values()), default=0)

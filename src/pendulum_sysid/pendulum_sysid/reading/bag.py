@@ -12,7 +12,7 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
 from pendulum_sysid import decisions
-from pendulum_sysid.errors import FileError, UnusableRecording, WrongUse
+from pendulum_sysid.errors import FileError, UnusableRecording
 from pendulum_sysid.reading import mcap_stream
 from pendulum_sysid.reading.bag_files import BagFiles, find_files, find_plan_outcome
 from pendulum_sysid.reading.command_latency import read_command_latency
@@ -236,7 +236,7 @@ def write_bag(
     """
     path = Path(path)
     if path.exists():
-        raise WrongUse(
+        raise FileError(
             f"{path}: expected a new folder to write, found it there already: name another or "
             "remove it"
         )

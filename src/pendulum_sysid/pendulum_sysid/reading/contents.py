@@ -6,6 +6,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 
 from pendulum_sysid.errors import FileError, UnusableRecording, WrongUse
+from pendulum_sysid.reading.raw import suggest_more
 from pendulum_sysid.reading.unpacking import MOST_MESSAGE_BYTES
 
 MOST_KEPT_BYTES = 1 << 30  # 7 million joint states: two hours at 1 kHz
@@ -77,7 +78,7 @@ class Contents:
         messages = self.messages.get(topic, [])
         if not messages and needed:
             raise UnusableRecording(
-                f"expected messages on {topic}, found none: record again, or name another with "
-                f"{option}"
+                f"expected messages on {topic}, found none"
+                f"{suggest_more(not self.whole, 'record again')}, or name another with {option}"
             )
         return messages

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -41,12 +41,14 @@ class Imported:
     seconds: s, from the first to the last.
     ranges: channel -> least and largest value, m, rad and the command's unit.
     begins_at_rad: rad, 0 to 2 pi, the pole's angle at the beginning; None without a pole.
+    warnings: sentences about rows that were left out, and for what the recording will not do.
     """
 
     rows: int
     seconds: float
     ranges: dict[str, tuple[float, float]]
     begins_at_rad: float | None
+    warnings: tuple[str, ...] = ()
 
     @property
     def rate_hz(self) -> float:
@@ -102,6 +104,7 @@ class Content:
     velocities: joint -> (n,) m/s or rad/s; empty for none.
     command: (m,) commands; None for none.
     sent_ns: (m,) when they were sent; None for at the samples.
+    warnings: sentences about rows that were left out.
     """
 
     stamps_ns: Ints
@@ -109,6 +112,7 @@ class Content:
     velocities: dict[str, Floats]
     command: Floats | None
     sent_ns: Ints | None
+    warnings: tuple[str, ...] = ()
 
 
 def _read_content(table: Table, columns: Columns) -> Content:
@@ -124,7 +128,7 @@ def _read_content(table: Table, columns: Columns) -> Content:
         command = command * COMMAND_UNITS[columns.command_unit]
     if velocities:
         velocities = {j: velocities.get(j, np.full(len(stamps_ns), np.nan)) for j in joints}
-    return Content(stamps_ns, joints, velocities, command, sent_ns)
+    return Content(stamps_ns, joints, velocities, command, sent_ns, table.warnings)
 
 
 def _write(content: Content, out: str | Path) -> Imported:
@@ -136,7 +140,8 @@ def _write(content: Content, out: str | Path) -> Imported:
         velocities=content.velocities,
         command_times_ns=content.sent_ns,
     )
-    return _describe(content.stamps_ns, content.joints, content.command)
+    imported = _describe(content.stamps_ns, content.joints, content.command)
+    return replace(imported, warnings=(*content.warnings, *_list_doubts(imported)))
 
 
 def _read_table(path: Path) -> Table:
@@ -145,10 +150,14 @@ def _read_table(path: Path) -> Table:
             "expected a CSV, .mat, .npz or .parquet file, found a bag of ROS 1: import it by "
             "itself, without columns"
         )
-    if path.is_dir() or is_data_file(path):
+    if any(map(is_data_file, (path, *path.glob("*")))):
         raise FileError(
             "expected a CSV, .mat, .npz or .parquet file, found a recording: nothing is to be "
             "imported, give it to sysid diagnose"
+        )
+    if path.is_dir():
+        raise FileError(
+            "expected a CSV, .mat, .npz or .parquet file, found a folder: name the files in it"
         )
     return read_array_table(path) if path.suffix in ARRAY_SUFFIXES else read_csv_table(path)
 
@@ -158,9 +167,10 @@ def _read_times(table: Table, columns: Columns) -> tuple[Ints, Mask, float]:
 
     The third is the time of the first row taken by the file's clock, s.
     """
-    if not table.lines:
+    if len(table.lines) < 2:
+        count = len(table.lines) or "none"
         raise FileError(
-            "expected rows of numbers below the header, found none: export the file again"
+            f"expected rows of numbers below the header, found {count}: export the file again"
         )
     times, begin_s = np.arange(len(table.lines)) / (columns.rate_hz or 1.0), 0.0
     if columns.time is not None:
@@ -177,6 +187,12 @@ def _read_times(table: Table, columns: Columns) -> tuple[Ints, Mask, float]:
             f"{times[-1] - times[0]:.6g} s in all: skip less"
         )
     taken = times[chosen]
+    if taken[-1] == taken[0]:
+        raise FileError(
+            f"expected times that rise in column {columns.time}, found "
+            f"{begin_s + taken[0]:.9g} in all {len(taken)} rows: name another column with --time, "
+            "or give --rate"
+        )
     stamps_ns = np.rint((taken - taken[0]) * 1e9).astype(np.int64)
     return stamps_ns, chosen, begin_s + float(taken[0] - times[0])
 
@@ -292,3 +308,23 @@ def _describe(stamps_ns: Ints, joints: dict[str, Floats], command: Floats | None
         early = joints["pole"][np.isfinite(joints["pole"])][: decisions.SPIKE_SIDE_STEPS]
         begins = float(np.median(early)) % (2.0 * math.pi)
     return Imported(len(stamps_ns), float(stamps_ns[-1]) * 1e-9, ranges, begins)
+
+
+def _list_doubts(imported: Imported) -> tuple[str, ...]:
+    """Return sentences about a length and a rate that no verb takes."""
+    doubts = []
+    if (
+        imported.rows < decisions.LEAST_SAMPLES
+        or imported.rows < decisions.LEAST_SECONDS * imported.rate_hz
+    ):
+        doubts.append(
+            f"expected at least {decisions.LEAST_SAMPLES} samples and "
+            f"{decisions.LEAST_SECONDS:g} s, found {imported.rows} samples in "
+            f"{imported.seconds:.3g} s: no verb takes so short a recording"
+        )
+    if not decisions.LOWEST_RATE_HZ <= imported.rate_hz <= decisions.HIGHEST_RATE_HZ:
+        doubts.append(
+            f"expected {decisions.LOWEST_RATE_HZ:g} to {decisions.HIGHEST_RATE_HZ:g} "
+            f"rows a second, found {imported.rate_hz:.4g}: is it another --time-unit?"
+        )
+    return tuple(doubts)

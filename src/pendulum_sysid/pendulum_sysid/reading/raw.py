@@ -60,7 +60,7 @@ class RawRecording:
     sent: SentCommands | None = None
 
     def __post_init__(self) -> None:
-        _check_times(self.state_stamp_s)
+        _check_times(self.state_stamp_s, self.cut_short)
         if self.cart is None and self.pole is None:
             raise UnusableRecording(
                 "expected a joint named cart or pole, found neither: rename the joints of the "
@@ -82,10 +82,20 @@ class RawRecording:
         return velocities
 
 
-def _check_times(stamps: Floats) -> None:
+def suggest_more(cut_short: bool, remedy: str = "record longer") -> str:
+    """Return how a sentence about too few messages ends: with what to do.
+
+    remedy: where the file is whole; beside another copy where it is cut short.
+    """
+    if cut_short:
+        return f" in a file that is cut off or damaged: copy it again, or {remedy}"
+    return f": {remedy}"
+
+
+def _check_times(stamps: Floats, cut_short: bool) -> None:
     if len(stamps) < 2:
         raise UnusableRecording(
-            f"expected a recording of many samples, found {len(stamps)}: record at least 2 s"
+            f"expected a recording of many samples, found {len(stamps)}{suggest_more(cut_short)}"
         )
     steps = np.diff(stamps)
     if np.any(steps < 0):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
-from pendulum_sysid.errors import FileError, WrongUse
+from pendulum_sysid.errors import FileError
 from pendulum_sysid.reading.bag_files import ROS1_SUFFIX
 
 MCAP_VERSION = 9  # of the index, as ROS 2 Jazzy writes it
@@ -19,15 +19,15 @@ def is_ros1_bag(path: Path) -> bool:
 def import_ros1_bag(bag: Path, out: Path) -> dict[str, tuple[str, int]]:
     """Write the messages of a bag of ROS 1 as a rosbag2 folder, whole or not at all.
 
-    Returns topic -> type and number of messages. Raises FileError when the bag cannot be read or
-    the folder cannot be written, and WrongUse when the folder is there already.
+    Returns topic -> type and number of messages. Raises FileError when the bag cannot be read, or
+    the folder is there already or cannot be written.
     """
     from rosbags.convert.converter import convert  # only for such files
     from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore
 
     if out.exists():
-        raise WrongUse(
+        raise FileError(
             f"{out}: expected a new folder to write, found it there already: name another or "
             "remove it"
         )

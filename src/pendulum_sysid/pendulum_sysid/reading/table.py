@@ -20,7 +20,8 @@ class Table:
     width: number of columns.
     lines: (rows,) where each row stands, for messages.
     read: number of a column, from 0 -> (rows,) its values, NaN for empty cells.
-    header_line: line of numbers that stands where a header was looked for.
+    header_line: where a header was looked for.
+    warnings: sentences about what was left out behind the last row.
     """
 
     names: tuple[str, ...]
@@ -28,6 +29,7 @@ class Table:
     lines: tuple[int, ...]
     read: Callable[[int], Floats]
     header_line: int = 1
+    warnings: tuple[str, ...] = ()
 
     def get_column(self, name: str, option: str) -> Floats:
         """Return a column (rows,) by its name, or by its number from 1: `#2` or `2`.
@@ -43,8 +45,8 @@ class Table:
             return self.read(int(number) - 1)
         if not self.names:
             raise WrongUse(
-                f"expected a header that names the column {name}, found numbers in line "
-                f"{self.header_line}: give {option} the number of a column, 1 to {self.width}"
+                f"expected a header with {self.width} names, {name} among them, found none in "
+                f"line {self.header_line}: give {option} the number of a column, 1 to {self.width}"
             )
         raise WrongUse(
             f"expected a column {name}, found {', '.join(self.names)}: name one of these with "
@@ -69,4 +71,9 @@ class Table:
         ]
 
     def _take(self, rows: slice) -> Table:
-        return replace(self, lines=self.lines[rows], read=lambda place: self.read(place)[rows])
+        return replace(
+            self,
+            lines=self.lines[rows],
+            read=lambda place: self.read(place)[rows],
+            warnings=self.warnings if rows.stop == len(self.lines) else (),
+        )

@@ -10,10 +10,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from pendulum_sysid.errors import WrongUse
 from pendulum_sysid.fitting.window_runs import JOINTS, UNITS, WindowRuns
 from pendulum_sysid.telling.output_files import write_bytes
 from pendulum_twin.arrays import Floats
-from pendulum_twin.errors import BadInputError
 
 SHOWN = 4  # windows drawn in full
 FORMATS = (".png", ".svg", ".pdf")
@@ -26,10 +26,10 @@ MARGIN = 0.5  # of the measured range, above and below it: a run that leaves is 
 
 
 def check_format(path: Path) -> None:
-    """Raise BadInputError unless the name ends like a picture that can be drawn."""
+    """Raise WrongUse unless the name ends like a picture that can be drawn."""
     if path.suffix.lower() not in FORMATS:
         ending = path.suffix or "no ending"
-        raise BadInputError(
+        raise WrongUse(
             f"{path}: expected a picture's name ending in {' or '.join(FORMATS)}, found {ending}"
         )
 

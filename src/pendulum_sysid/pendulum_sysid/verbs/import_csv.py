@@ -6,7 +6,6 @@ import argparse
 from dataclasses import asdict, fields
 from pathlib import Path
 
-from pendulum_sysid import decisions
 from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.reading.columns import Columns
 from pendulum_sysid.reading.csv_import import Imported, import_csv, import_segments
@@ -38,7 +37,8 @@ def run(arguments: argparse.Namespace) -> int:
         for recording, imported in recordings.items():
             lines += [recording, *describe(imported)]
             mappings.append({"file": str(file), "recording": str(recording), **asdict(imported)})
-            warn_of_rate(file, imported)
+            for warning in imported.warnings:
+                say(f"warning: {recording}: {warning}", ANSWERED)
     print_answer(arguments, lambda: {"recordings": mappings}, *lines)
     return ANSWERED
 
@@ -55,15 +55,6 @@ def import_bags(arguments: argparse.Namespace) -> int:
         mappings.append({"file": str(file), "recording": str(out), "topics": topics})
     print_answer(arguments, lambda: {"recordings": mappings}, *lines)
     return ANSWERED
-
-
-def warn_of_rate(file: Path, imported: Imported) -> None:
-    """Say so where the rate of a file is none that a recording has."""
-    if not decisions.LOWEST_RATE_HZ <= imported.rate_hz <= decisions.HIGHEST_RATE_HZ:
-        say(
-            f"{file}: expected {decisions.LOWEST_RATE_HZ:g} to {decisions.HIGHEST_RATE_HZ:g} "
-            f"rows a second, found {imported.rate_hz:.4g}: is it another --time-unit?"
-        )
 
 
 def describe(imported: Imported) -> list[str]:

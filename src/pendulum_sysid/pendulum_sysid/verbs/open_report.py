@@ -6,7 +6,7 @@ import argparse
 import webbrowser
 from pathlib import Path
 
-from pendulum_sysid.errors import WrongUse
+from pendulum_sysid.errors import FileError
 from pendulum_sysid.verbs.said import ANSWERED, print_answer, say
 from pendulum_twin.suggest import add_hint
 
@@ -25,7 +25,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def find_page(path: Path) -> Path:
-    """Return the page that a path stands for; raise WrongUse where there is none."""
+    """Return the page that a path stands for; raise FileError where there is none."""
     if path.is_file() and path.suffix == ".html":
         return path
     for folder in (path, *(path / name for name in BELOW)):
@@ -33,7 +33,7 @@ def find_page(path: Path) -> Path:
             if (folder / name).is_file():
                 return folder / name
     near = [p.name for p in path.absolute().parent.glob("*/")] if not path.exists() else []
-    raise WrongUse(
+    raise FileError(
         f"{path}: expected a folder with {', '.join(PAGES)}, found none: give the --out of "
         f"sysid diagnose, fleet page or prove{add_hint(path.name, near)}"
     )

@@ -87,7 +87,10 @@ def _add_concealed(verb: argparse.ArgumentParser) -> None:
         help="conceal only physics that the catalogue does not hold",
     )
     verb.add_argument(
-        "--twin", type=Path, metavar="TWIN", help="the nominal rig (default: config/inteco.yaml)"
+        "--twin",
+        type=Path,
+        metavar="TWIN",
+        help="the nominal rig (default: the INTECO rig by its maker's constants)",
     )
 
 

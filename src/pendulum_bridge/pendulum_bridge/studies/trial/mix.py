@@ -33,12 +33,12 @@ def parse_shares(text: str) -> dict[str, int]:
         ):
             hint = "" if kind in EFFECTS_OF_KIND else add_hint(kind, EFFECTS_OF_KIND)
             raise BadInputError(
-                "--kinds: expected KIND:SHARE,... with whole shares and the kinds "
+                "expected KIND:SHARE,... with whole shares and the kinds "
                 f"{', '.join(EFFECTS_OF_KIND)}, found {entry!r}{hint}"
             )
         shares[kind] = int(share)
     if not sum(shares.values()):
-        raise BadInputError(f"--kinds: expected a share above 0, found {text!r}")
+        raise BadInputError(f"expected a share above 0, found {text!r}")
     return shares
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from pendulum_sysid.fleet.engine import Engine
 from pendulum_sysid.telling.output_files import format_json, write_text
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.files import describe_read_error
 
 SCHEMA = "pendulum_proof_plan/1"
 FILE = "plan.json"
@@ -103,7 +104,8 @@ def _read(path: Path) -> dict:
         content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise BadInputError(
-            f"{path}: expected the plan of a proof, but it cannot be read: {error}"
+            f"{path}: expected the plan of a proof, but it cannot be read: "
+            f"{describe_read_error(error)}"
         ) from error
     if not isinstance(content, dict):
         raise BadInputError(

@@ -18,7 +18,7 @@ from pendulum_sysid.studies.proof.page import render_page
 from pendulum_sysid.studies.proof.plan import Plan, claim_folder
 from pendulum_sysid.studies.proof.proof_json import make_proof_mapping
 from pendulum_sysid.studies.proof.read_trial import read_trial
-from pendulum_sysid.studies.proof.record_trial import check_recorder
+from pendulum_sysid.studies.proof.record_trial import check_options, check_recorder
 from pendulum_sysid.studies.proof.records import Judgement
 from pendulum_sysid.studies.proof.rival_models.registry import find_rival_model, is_rival_model
 from pendulum_sysid.studies.proof.rivals import find_rival
@@ -52,8 +52,9 @@ def prove(plan: Plan, folder: Path, progress: Progress) -> Proof:
     Trials stand in folder/trials and folder/dose, each with its results, so that a proof that is
     broken off loses none and goes on from there.
 
-    Raises BadInputError when trials cannot be recorded or the folder holds another proof, and
-    WorkerError when a process dies.
+    Raises BadInputError when trials cannot be recorded or the folder holds another proof, WrongUse
+    when the recorder refuses an option, before anything is written, and WorkerError when a process
+    dies.
     """
     began = time.monotonic()
     check_recorder()
@@ -61,8 +62,9 @@ def prove(plan: Plan, folder: Path, progress: Progress) -> Proof:
         rival = find_rival_model(name) if is_rival_model(name) else find_rival(name)
         rival.check_installed()
     check_folder(folder)
-    claim_folder(plan, folder)
     kinds = ["--kinds", plan.kinds] if plan.kinds else []
+    check_options([*plan.list_recorder_options(), *kinds])
+    claim_folder(plan, folder)
     judgements = _run_trials(plan, folder / "trials", plan.trials, kinds, plan.rivals, progress)
     responses = _run_doses(plan, folder / "dose", progress) if plan.dose_tries else []
     proof = Proof(plan, tuple(judgements), tuple(responses), time.monotonic() - began)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from pendulum_sysid.cleaning.clean import clean_recording
+from pendulum_sysid.errors import WrongUse
 from pendulum_sysid.fleet.engine import Engine, SchedulerLost, open_client, run_tasks
 from pendulum_sysid.fleet.warm_up import compile_kernels
 from pendulum_sysid.pipeline import diagnose
@@ -22,7 +23,7 @@ from pendulum_sysid.studies.proof.degrade.bases import list_recorder_options
 from pendulum_sysid.studies.proof.degrade.kinds import BY_NAME, DEGRADATIONS, Degradation
 from pendulum_sysid.studies.proof.degrade.score import Score, score_answer
 from pendulum_sysid.studies.proof.read_trial import read_trial
-from pendulum_sysid.studies.proof.record_trial import check_recorder, record_trial
+from pendulum_sysid.studies.proof.record_trial import check_options, check_recorder, record_trial
 from pendulum_sysid.studies.proof.records import OpenedTrial
 from pendulum_sysid.telling.output_files import check_folder, format_json, write_text
 from pendulum_twin.errors import BadInputError
@@ -77,22 +78,29 @@ class Study:
     engine: Engine = field(default_factory=Engine)
     twin: str | None = None
 
+    @property
+    def recorder_options(self) -> list[str]:
+        """Return the options of the recorder's command line that all rigs share."""
+        twin = [] if self.twin is None else ["--twin", self.twin]
+        return ["--seed", str(self.seed), "--kinds", KINDS_OF_RIG, *twin]
+
 
 def run_study(study: Study, folder: Path, progress: Progress) -> list[Row]:
     """Return a row for each kind and rig, and write them to folder/degraded.json.
 
     What an earlier run has answered in the folder is not done again.
 
-    Raises BadInputError when rigs cannot be recorded or a kind is unknown.
+    Raises BadInputError when rigs cannot be recorded, and WrongUse when a kind is unknown.
     """
     check_recorder()
     check_folder(folder)
     for name in study.kinds:
         if name not in BY_NAME:
             known = ", ".join(BY_NAME)
-            raise BadInputError(
+            raise WrongUse(
                 f"--degrade: expected kinds among {known}, found {name!r}{add_hint(name, BY_NAME)}"
             )
+    check_options(study.recorder_options)
     rows: list[Row] = []
     works = [
         RigWork(study, folder.absolute(), base, number)
@@ -138,9 +146,8 @@ def _answer_rig(work: RigWork) -> list[Row]:
     study, folder, base, number = work.study, work.folder, work.base, work.number
     trials = folder / base
     trials.mkdir(parents=True, exist_ok=True)
-    twin = [] if study.twin is None else ["--twin", study.twin]
-    options = ["--seed", str(study.seed), "--kinds", KINDS_OF_RIG, *twin]
-    trial_folder = record_trial(trials, number, [*options, *list_recorder_options(base, folder)])
+    options = [*study.recorder_options, *list_recorder_options(base, folder)]
+    trial_folder = record_trial(trials, number, options)
     trial = read_trial(trial_folder)
     kinds = [d for d in DEGRADATIONS if d.base == base and d.name in study.kinds]
     return [_answer_once(trial, trial_folder, d, number, study.seed) for d in kinds]
