@@ -102,5 +102,19 @@ def test_what_only_the_long_horizon_shows_is_not_kept(monkeypatch) -> None:
     short = Explanation(base, None)
     assert base.choose > decisions.MISFIT_AT_NOISE
     assert spring not in extend_horizon(search, base, short).fit.effects
-    monkeypatch.setattr(search_module, "confirm_long", lambda search, short, long: long)
+    monkeypatch.setattr(search_module, "is_shown_near", lambda near, short: True)
     assert spring in extend_horizon(search, base, short).fit.effects
+
+
+def test_too_few_windows_of_both_joints_are_no_error() -> None:
+    """Each joint is seen in four windows, and both together in three."""
+    recording = made(RIG, 4.1, amplitude=0.4)
+    at = np.arange(len(recording.signals))
+    parted = replace(
+        recording.signals,
+        cart_valid=(at < 20) | (at > 55),
+        pole_valid=(at < 56) | (at > 83),
+    )
+    prepared = prepare([replace(recording, signals=parted)], RIG)
+    search = Search(prepared.case, prepared.split)
+    assert search_pole_alone(search, fit_parameters_alone(search)) is None

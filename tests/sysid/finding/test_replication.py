@@ -13,16 +13,14 @@ from pendulum_sysid.finding.replication import (
     Replication,
     compute_spreads,
     estimate_blocks,
-    estimate_part,
     join_intervals,
     replicate_effects,
     widen_intervals,
 )
 from pendulum_sysid.fitting.fit import HORIZONS, fit
-from pendulum_sysid.fitting.linearised import System, linearise
+from pendulum_sysid.fitting.linearised import System
 from pendulum_sysid.fitting.noise_floor import measure_noise_floor
 from pendulum_sysid.fitting.parameters import list_free_parameters
-from pendulum_sysid.fitting.windows import shorten_windows
 from pendulum_sysid.pipeline import is_at_noise
 from pendulum_sysid.prepare import Prepared, prepare
 from pendulum_sysid.records import Fit
@@ -51,20 +49,6 @@ def test_an_effect_that_is_not_there_is_not_lasting_or_not_asked() -> None:
     prepared, found = fit_friction((), 1)
     replication = replicate_effects(prepared.case, prepared.split, found)[FRICTION]
     assert replication.possible == 0 or not replication.is_lasting
-
-
-def test_a_part_of_the_windows_does_not_hear_what_is_believed_beforehand() -> None:
-    prepared, found = fit_friction((FRICTION,), 1)
-    case = prepared.case
-    free = list_free_parameters(case.twin, found.effects, case.scales)
-    windows = shorten_windows(case.state, prepared.split.learn, found.pieces)
-    system = linearise(case.problem(windows), found.theta, found.start_states, free, found.power)
-    believed = replace(system, beliefs=np.full(len(free), 1e13), pulls=np.full(len(free), 3.0))
-    part = np.arange(6 * found.pieces)
-    alone, beside = (estimate_part(s, part, found, free) for s in (system, believed))
-    np.testing.assert_array_equal(alone, beside)
-    drawn = np.linalg.solve(believed.normal, believed.gradient)
-    np.testing.assert_allclose(drawn, 3.0, rtol=0.1)  # the belief alone would say this
 
 
 def test_one_of_three_is_not_lasting() -> None:

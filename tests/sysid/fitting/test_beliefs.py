@@ -8,11 +8,15 @@ from support.made_recordings import INTECO, made
 
 from pendulum_sysid.api import diagnose
 from pendulum_sysid.errors import WrongUse
-from pendulum_sysid.fitting.fit import fit_own_parameters
+from pendulum_sysid.finding.journal import Search
+from pendulum_sysid.finding.replication import replicate_effects
+from pendulum_sysid.finding.subsets import find_subsets
+from pendulum_sysid.fitting.fit import HORIZONS, fit, fit_own_parameters
 from pendulum_sysid.fitting.parameters import hold_constants, list_rig_parameters
 from pendulum_sysid.prepare import prepare
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, parse_twin
+from pendulum_twin.parameter_vector import make_theta
 
 HEAVY = replace(INTECO, rig=replace(INTECO.rig, cart_mass_kg=2.0, com_distance_m=0.0064))
 
@@ -57,6 +61,23 @@ def test_with_spreads_the_cart_takes_the_mass() -> None:
     assert fitted.twin.rig.pole_inertia_kg_m2 == pytest.approx(0.00292, rel=0.02)
     moment = fitted.twin.rig.moment_kg_m
     assert moment == pytest.approx(HEAVY.rig.moment_kg_m, rel=0.02)
+
+
+def test_what_is_believed_of_the_mass_holds_when_sets_are_tried_and_in_each_third() -> None:
+    """All masses and forces together may grow by any factor: the motion does not tell."""
+    rubbing = replace(INTECO, effects={"cart_coulomb_friction": {"level_n": 0.4}})
+    prepared = prepare([made(rubbing, 20.0, 0.2)], give_spreads(INTECO, cart_mass_kg=0.006))
+    search = Search(prepared.case, prepared.split)
+    base = fit(search.case, search.split, (), make_theta(prepared.case.twin), HORIZONS[0])
+    subsets = find_subsets(search, base, 1)
+    assert subsets
+    for subset in subsets:
+        (mass,) = [p for p in list_rig_parameters(prepared.case.twin) if p.name == "cart_mass_kg"]
+        assert mass.get(subset.theta) == pytest.approx(mass.get(base.theta), rel=0.02)
+    theta = make_theta(replace(prepared.case.twin, effects=rubbing.effects))
+    named = fit(search.case, search.split, tuple(rubbing.effects), theta, HORIZONS[0])
+    replications = replicate_effects(search.case, search.split, named)
+    assert str(replications["cart_coulomb_friction"]) == "3 of 3"
 
 
 def test_a_twin_file_keeps_its_spreads() -> None:

@@ -18,7 +18,6 @@ from pendulum_sysid.telling.outcome import Findings
 from pendulum_twin.laws.law import Law
 from pendulum_twin.parameter_vector import FORCE_PER_PWM, make_theta
 
-
 LAW = Law((0.05, 0.1, 0.2), (0.0, 0.3, 0.0))
 REMEMBERING = replace(INTECO, measured_laws={"cart_hysteresis": LAW})
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.smooth_state import smooth_state
+from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.finding.environments import measure_steadiness
 from pendulum_sysid.finding.growth import grow_set
 from pendulum_sysid.finding.journal import Journal, Search
@@ -53,10 +54,16 @@ class PoleAnswer:
 def search_pole_alone(search: Search, base: Fit) -> PoleAnswer | None:
     """Return what the pole shows by itself; None unless the recording holds cart and pole.
 
+    None, too, where both joints together are valid in too few windows.
+
     base: the rig's constants alone, its signs right.
     """
     case = put_pole_on_moving_axis(search.case, base.theta)
     if case is None or not decisions.ASK_POLE_ALONE:
+        return None
+    try:
+        split = split_windows(case.signals, case.state)
+    except UnusableRecording:
         return None
     given = tuple(
         name
@@ -66,7 +73,7 @@ def search_pole_alone(search: Search, base: Fit) -> PoleAnswer | None:
     report = search.journal.report
     report(Stage.POLE)
     journal = Journal(lambda line: report(f"the pole by itself: {line}"))
-    alone = Search(case, split_windows(case.signals, case.state), journal, is_pole_alone=True)
+    alone = Search(case, split, journal, is_pole_alone=True)
     values = {e: case.twin.effects[e] if BY_NAME[e].parameters else {} for e in given}
     theta = make_theta(replace(case.twin, effects=values))
     first = fit(case, alone.split, given, theta, base.pieces)

@@ -69,9 +69,7 @@ def propose(case: Case, split: Split, fit: Fit) -> list[Proposal]:
     free = list_free_parameters(case.twin, fit.effects, case.scales)
     problem = case.problem(shorten_windows(case.state, split.learn, fit.pieces))
     vectors = np.array([theta for _, theta in probed]).reshape(-1, fit.theta.size)
-    system = linearise(
-        problem, fit.theta, fit.start_states, free, fit.power, vectors, summed=True
-    )
+    system = linearise(problem, fit.theta, fit.start_states, free, fit.power, vectors, summed=True)
     own, whole = system.normal[: len(free), : len(free)], system.normal[: len(free), len(free) :]
     follow = np.linalg.lstsq(own, whole, rcond=1e-12)[0]
     promised = [

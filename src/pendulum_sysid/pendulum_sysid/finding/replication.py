@@ -291,11 +291,10 @@ def estimate_part(
 
     part: of the windows, whole windows in their pieces, as indices into the system.
 
-    What is believed beforehand is left out: it would draw all parts to the same size.
+    What is believed of the rig's constants counts in each part, too: nothing else fixes the mass,
+    and no part could show a force where the mass is open.
     """
-    own = replace(
-        system, normals=system.normals[part], scores=system.scores[part], beliefs=0.0, pulls=0.0
-    )
+    own = replace(system, normals=system.normals[part], scores=system.scores[part])
     return _estimate(own, fit, free)
 
 

@@ -181,7 +181,7 @@ def extend_horizon(search: Search, base: Fit, explanation: Explanation) -> Expla
     """Return the explanation continued over the long horizon, where its fit is better.
 
     Over a long horizon the errors of missing effects add up, too. What it adds must show over the
-    short horizon (`confirm_long`). Where it ends above the noise it takes no effect away.
+    short horizon (`is_shown_near`). Where it ends above the noise it takes no effect away.
     """
     search.journal.report(Stage.LONG)
     short, expected = explanation.fit, explanation.expected
@@ -189,28 +189,37 @@ def extend_horizon(search: Search, base: Fit, explanation: Explanation) -> Expla
     grown = grow_set(search, begun)
     if grown.choose <= decisions.MISFIT_AT_NOISE:
         long = prune_set(search, base.effects, grown, expected)
-        return replace(explanation, fit=confirm_long(search, short, long))
-    long, near = prune_set(search, short.effects, grown, expected), short
-    if confirm_long(search, short, long) is short:
-        long = begun
-    elif long.effects != short.effects:
-        refitted = search.fit_over_horizon(long, short.pieces)
-        near = prune_set(search, base.effects, refitted, expected)
+        near = fit_near(search, short, long)
+        return replace(explanation, fit=long if is_shown_near(near, short) else short)
+    long = prune_set(search, short.effects, grown, expected)
+    near = fit_near(search, short, long)
+    if not is_shown_near(near, short):
+        long, near = begun, short
+    elif near is not short:
+        near = prune_set(search, base.effects, near, expected)
     better = compute_lead(long, judge_over_whole_windows(search.case, search.split, near)).is_real
     return replace(explanation, fit=long if better else near)
 
 
-def confirm_long(search: Search, short: Fit, long: Fit) -> Fit:
-    """Return the long fit if its additional effects show over the short horizon, else the short.
+def fit_near(search: Search, short: Fit, long: Fit) -> Fit:
+    """Return the effects of a long fit fitted over the short horizon.
 
     short, long: the fits that the searches over either horizon ended at.
+    """
+    same = long.effects == short.effects
+    return short if same else search.fit_over_horizon(long, short.pieces)
+
+
+def is_shown_near(near: Fit, short: Fit) -> bool:
+    """Return whether the effects that the long horizon added show over the short horizon.
+
+    near: of `fit_near`.
 
     Near upright an error of the start state grows over a second until any effect that bends the
     motion seems to help.
     """
-    added = [name for name in long.effects if name not in short.effects]
+    added = [name for name in near.effects if name not in short.effects]
     if not added or not decisions.CONFIRM_LONG_HORIZON:
-        return long
-    near = search.fit_over_horizon(long, short.pieces)
+        return True
     shows = all(compute_distance(near, name, short.effects) > 1.0 for name in added)
-    return long if shows and compute_lead(near, short).ratio > 1.0 else short
+    return shows and compute_lead(near, short).ratio > 1.0

@@ -37,7 +37,9 @@ def fit_parameters_alone(search: Search) -> Fit:
     ratio = decisions.SIGN_MISFIT_RATIO
     if best.choose * ratio < plain.choose:
         return best
-    return settle_sign(search, plain, [fit for fit in turned if fit.choose < ratio * plain.choose])
+    return settle_sign(
+        search, plain, [other for other in turned if other.choose < ratio * plain.choose]
+    )
 
 
 def settle_sign(search: Search, plain: Fit, doubtful: Sequence[Fit]) -> Fit:
@@ -50,6 +52,7 @@ def settle_sign(search: Search, plain: Fit, doubtful: Sequence[Fit]) -> Fit:
     """
     if not decisions.SETTLE_DOUBTFUL_SIGNS:
         return plain
+    grown: Fit | None = None
     for turned in sorted(doubtful, key=lambda candidate: candidate.choose):
         search.journal.report(
             f"misfit {plain.choose:.2f}, and {turned.choose:.2f} with {turned.effects[-1]}: "
@@ -58,7 +61,8 @@ def settle_sign(search: Search, plain: Fit, doubtful: Sequence[Fit]) -> Fit:
         end = grow_set(search, turned).choose
         if end > decisions.MISFIT_AT_NOISE:
             continue
-        if end * decisions.SIGN_MISFIT_RATIO < grow_set(search, plain).choose:
+        grown = grown or grow_set(search, plain)
+        if end * decisions.SIGN_MISFIT_RATIO < grown.choose:
             return turned
     return plain
 

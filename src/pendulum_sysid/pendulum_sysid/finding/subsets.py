@@ -13,6 +13,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -58,6 +59,7 @@ class Columns:
     fitted: number of parameters that are fitted already; their columns come first.
     normals: (blocks, columns, columns) matrix of each block of time.
     scores: (blocks, columns) gradient of each block.
+    beliefs, pulls: (columns,) as of `System`.
     """
 
     effects: tuple[Effect, ...]
@@ -65,6 +67,18 @@ class Columns:
     fitted: int
     normals: Floats
     scores: Floats
+    beliefs: Floats
+    pulls: Floats
+
+    @cached_property
+    def normal(self) -> Floats:
+        """Return the matrix over all blocks, (columns, columns), beliefs included."""
+        return self.normals.sum(axis=0) + np.diag(self.beliefs)
+
+    @cached_property
+    def gradient(self) -> Floats:
+        """Return the gradient over all blocks, (columns,), beliefs included."""
+        return self.scores.sum(axis=0) + self.beliefs * self.pulls
 
 
 def find_subsets(search: Search, fit: Fit, most: int) -> list[Subset]:
@@ -112,6 +126,8 @@ def _linearise_candidates(search: Search, fit: Fit, free: tuple[Free, ...]) -> C
         len(free),
         np.array([system.normals[block].sum(axis=0) for block in blocks]),
         np.array([system.scores[block].sum(axis=0) for block in blocks]),
+        np.broadcast_to(system.beliefs, len(free) + len(targets)),
+        np.broadcast_to(system.pulls, len(free) + len(targets)),
     )
 
 
@@ -159,7 +175,7 @@ def _solve_sets(columns: Columns, sets: Ints) -> tuple[Floats, Floats]:
 
     Everything that is fitted already follows. A set that needs an impossible step gains nothing.
     """
-    normal, gradient = columns.normals.sum(axis=0), columns.scores.sum(axis=0)
+    normal, gradient = columns.normal, columns.gradient
     n = columns.fitted
     fitted = normal[:n, :n] + RIDGE * np.diag(np.diag(normal)[:n])
     follow = np.linalg.lstsq(fitted, normal[:n, n:], rcond=1e-12)[0]
@@ -201,9 +217,10 @@ def _cross_validate(columns: Columns, members: Ints) -> Floats:
     """Return the gain in each block of a fit to the other blocks, (blocks,)."""
     at = np.concatenate([np.arange(columns.fitted), columns.fitted + members])
     normals, scores = columns.normals[:, at[:, None], at], columns.scores[:, at]
+    whole_normal, whole_gradient = columns.normal[at[:, None], at], columns.gradient[at]
     gains = np.empty(len(normals))
     for b, (normal, score) in enumerate(zip(normals, scores, strict=True)):
-        others = normals.sum(axis=0) - normal, scores.sum(axis=0) - score
+        others = whole_normal - normal, whole_gradient - score
         step = np.linalg.lstsq(*others, rcond=1e-10)[0]
         gains[b] = step @ score - 0.5 * step @ normal @ step
     return gains
@@ -246,7 +263,7 @@ def _make_subset(
 ) -> Subset:
     """Return the set with the parameter vector that the linearised cost is lowest at."""
     n = columns.fitted
-    normal, gradient = columns.normals.sum(axis=0), columns.scores.sum(axis=0)
+    normal, gradient = columns.normal, columns.gradient
     wanted = gradient[:n] - normal[:n, n + members] @ steps
     follow = np.linalg.lstsq(normal[:n, :n], wanted, rcond=1e-12)[0]
     theta = fit.theta.copy()
