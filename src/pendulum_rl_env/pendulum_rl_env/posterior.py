@@ -1,7 +1,7 @@
 """The rigs that a diagnosis leaves possible: twins drawn from the intervals of its verdict.
 
 Randomisation needs no invented ranges: a verdict says how well each number is known, and how their
-errors hang together. The numbers are drawn from a joint normal distribution: +-1.96 of its
+errors are correlated. The numbers are drawn from a joint normal distribution: +-1.96 of its
 standard deviations are the interval of each number, its correlations those of the verdict. What
 the verdict correlates with nothing is drawn independently.
 """

@@ -57,7 +57,7 @@ SUBSETS_REFITTED = 3  # fits; of the sets that lead
 
 # Could another effect stand in a name's place?
 APART_STANDARD_ERRORS = 4.0  # standard errors; the wrong twin leads once in 44; derived
-FOUND_STANDARD_ERRORS = 5.0  # standard errors; by chance once in a million; derived
+VISIBLE_STANDARD_ERRORS = 5.0  # standard errors; by chance once in a million; derived
 START_ERROR_GROWTH = 5.0  # median windows; a window whose start errors grow more is left out
 WINDOWS_COMPARED = 40  # windows; spread evenly: more tell the same; time
 DECIDING_SHARE = 0.75  # of windows; the rest is held out (the split's pattern); derived
@@ -116,7 +116,7 @@ EVIDENCE_STANDARD_ERRORS = 4.0  # standard errors; sixty questions are asked; de
 SMALL_GAIN_STANDARD_ERRORS = 10.0  # standard errors; filters may make small gains
 SMALL_GAIN = 0.25  # of noise power; a gain below it is small
 EVIDENCE_MOST = 4  # questions; that explain one equation
-EVIDENCE_TOLD = 4  # lines; the strongest in a verdict
+EVIDENCE_LINES = 4  # lines; the strongest in a verdict
 STRETCH_ERROR_RATIO = 2.0  # median windows; error of a stretch that is pointed out
 BALANCE_BLOCK_S = 0.5  # s; errors count as independent over blocks this long
 BALANCE_LEAST_ROWS = 50  # samples; without so many an equation is not asked
@@ -145,7 +145,7 @@ LAW_LEAST_WAY = 0.01  # of the longest way; from which on friction that slips sh
 LAW_SECONDS_A_KNOT = 1.0  # s; of a law over time: slow changes, no single push
 LAW_MOST_KNOTS = 64  # knots; of a curve without a formula: bounds the time
 LAW_LEAST_NATS = 10.0  # nats; evidence for a law by one linearised step, worth a fit
-LAW_FIRST_INFLATION = 4.0  # ratio; of variances: errors within a window hang together
+LAW_FIRST_INFLATION = 4.0  # ratio; of variances: errors within a window are correlated
 LAW_MOST_INFLATION = 100.0  # ratio; beyond it the windows say nothing in common
 LAW_EVIDENCE_SHARE = 0.2  # of best; evidence below which a law is not refitted; time
 LAW_SHARES_PARAMETER = 0.9  # of a parameter's change of motion; a law makes it, too; measured
@@ -315,7 +315,7 @@ MOST_EVENTS = 8  # stretches; what happens more often is a law
 
 # What is worth telling, and worth an experiment?
 LEAST_MASKED_CHANGE = 0.05  # of value; change of a constant that is worth a sentence
-CHANGED_VALUES_TOLD = 3  # values; in the sentence of a verdict without a name
+CHANGED_VALUES_LISTED = 3  # values; in the sentence of a verdict without a name
 WIDE_INTERVAL = 0.1  # of value; half widths beyond it are worth an experiment
 TIES_PLANNED_FOR = 3  # ties; asked at once, the closest first
 INTERVALS_PLANNED_FOR = 3  # intervals; asked at once, the widest first

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -156,6 +156,28 @@ class Signals:
             stretch_begins=begins,
             begin_s=begin_s,
             after_s=tuple(self._after_s[s] for s in stretch.tolist()),
+        )
+
+    def cut(self, pieces: Sequence[tuple[int, int]]) -> Signals:
+        """Return pieces of the recording, each a stretch of its own; pieces may overlap.
+
+        pieces: first sample of each, and the sample after its last.
+        """
+        at = np.concatenate([np.arange(first, stop) for first, stop in pieces])
+        first = np.array([piece[0] for piece in pieces])
+        clock_s, times_s = self.clock_s[first], self.times_s[first]
+        begins = np.cumsum([0, *(stop - begin for begin, stop in pieces[:-1])])
+        return replace(
+            self,
+            command=self.command[at],
+            parts=None if self.parts is None else self.parts[at],
+            cart=None if self.cart is None else self.cart[at],
+            pole=None if self.pole is None else self.pole[at],
+            cart_valid=self.cart_valid[at],
+            pole_valid=self.pole_valid[at],
+            stretch_begins=tuple(begins.tolist()),
+            begin_s=tuple(clock_s.tolist()),
+            after_s=tuple((times_s - clock_s).tolist()),
         )
 
     @property

@@ -21,12 +21,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
 
-from pendulum_bridge.excitation.guard import (
-    Stopped,
-    StopReason,
-    is_near_middle,
-    make_cart_away,
-)
+from pendulum_bridge.excitation.guard import Stopped, StopReason, is_near_middle, make_cart_away
 from pendulum_bridge.excitation.run import (
     Run,
     Stage,

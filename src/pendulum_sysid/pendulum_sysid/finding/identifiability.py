@@ -32,7 +32,7 @@ def find_ties(
     any size together with the rig's constants and the other effects' parameters. An effect that
     contains the effect in question is no rival of it.
 
-    also: effect -> effects that fitted windows left out as well in its place
+    also: effect -> effects that, fitted in its place, predict left-out windows as well
         (`naming.name_effects`); they count as tied as long as a diagnosis could not be sure.
     """
     apart, ties = decisions.APART_STANDARD_ERRORS, []

@@ -146,7 +146,7 @@ def count_parameters(fit: Fit) -> int:
 def is_needed(rich: Fit, simple: Fit, effect: str, expected: bool = False) -> bool:
     """Return whether a rich fit needs the effect that the simple fit lacks.
 
-    Its interval from the training windows must leave out the value at which the effect vanishes,
+    Its interval from the learning windows must leave out the value at which the effect vanishes,
     and the rich fit must be really ahead on windows left out.
 
     expected: other evidence names the effect; the rich fit need only be ahead.

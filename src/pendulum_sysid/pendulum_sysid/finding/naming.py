@@ -28,7 +28,7 @@ from pendulum_twin.parameter_vector import SLOTS
 
 @dataclass(frozen=True)
 class Named:
-    """Hold one effect that was found.
+    """Hold a named effect and the evidence for it.
 
     effect: its name.
     lead: how far the fit is ahead of a fit without it.
@@ -162,7 +162,7 @@ def add_replications(
 
 
 def doubt_intervals(best: Fit, named: Iterable[Named], scales: Scales) -> tuple[Named, ...]:
-    """Return the names of a fit with whether their intervals leave out that nothing is there.
+    """Return the names of a fit with `is_sure`: whether the intervals exclude a size of 0.
 
     best: with intervals that the remainder and the parts of the recording have widened.
     scales: of the recording.

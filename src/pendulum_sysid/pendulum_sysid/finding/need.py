@@ -15,9 +15,9 @@ def needs_effect(
     """Return whether a rich fit needs the effect that the simple fit lacks.
 
     Where much has no name, a sure lead may be small beside what is left, and any effect that
-    follows what is left leads a little. Of the pole by itself a cause among them has the same size
-    wherever the rig is and however it moves (`Steadiness`). On the whole rig what stands for an
-    uneven drive is as steady.
+    follows what is left leads a little. In the search of the pole by itself a true cause has the
+    same size in every environment (`Steadiness`). On the whole rig the effects that stand in for
+    an uneven drive have the same size everywhere, too, so that steadiness tells nothing there.
 
     expected: other evidence names the effect; the rich fit need only be ahead.
     """

@@ -54,7 +54,7 @@ class Proposal:
     effects: the set with it; effects that it contains as special cases have left the set.
     theta: (starts, SIZE) parameter vectors from which fits start; several for an effect with a
         place, a period or a limit.
-    gain: of the log likelihood on the training windows, to first order.
+    gain: of the log likelihood on the learning windows, to first order.
     """
 
     effect: str
@@ -107,7 +107,7 @@ def _make_proposal(
     effect: Effect,
     theta: Floats,
 ) -> Proposal:
-    """Return a probe, gone along as far as lowers the cost most, and the cost that this saves.
+    """Return the step along a probe that lowers the cost most, and the cost that the step saves.
 
     All fitted parameters follow (score test). What was read off the recording, and what has taken
     the place of a simpler effect, stays where it is.

@@ -84,7 +84,7 @@ class Replication:
 
     @property
     def is_lasting(self) -> bool:
-        """Return whether the effect is there in most of the thirds that could show it."""
+        """Return whether most thirds that could show the effect show it, or no third could."""
         return self.shown > decisions.REPLICATED_SHARE * self.possible or not self.possible
 
     def __str__(self) -> str:

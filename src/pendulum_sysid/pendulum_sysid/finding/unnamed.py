@@ -45,10 +45,10 @@ class Doubt:
 
 
 def widen_sizes(case: Case, split: Split, fit: Fit, alike: Collection[str] = ()) -> Fit:
-    """Return a fit with intervals that hold where more than noise remains.
+    """Return a fit with intervals that stay valid where the errors exceed the noise.
 
-    They hold the spread over blocks of time, and what effects that the fit lacks may have done to
-    it. A fit at the noise stays as it is.
+    They cover the spread over blocks of time, and the share that missing effects may have added. A
+    fit at the noise stays as it is.
 
     alike: effects that the recording cannot tell from those that are named. They are left out:
         the size of a name is the size that it has if the name is right.

@@ -291,7 +291,7 @@ def compute_half_widths(solution: Solution, free: tuple[Free, ...], together: in
 
 
 def compute_correlations(solution: Solution, free: tuple[Free, ...], together: int = 1) -> Floats:
-    """Return how the errors of the free parameters hang together, (parameters, parameters).
+    """Return the correlations of the estimation errors, (parameters, parameters).
 
     From the spread by which `compute_half_widths` measures; NaN for a parameter that nothing
     fixes.

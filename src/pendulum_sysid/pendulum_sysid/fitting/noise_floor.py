@@ -12,7 +12,7 @@ from pendulum_sysid.fitting.case import Case, make_case
 from pendulum_sysid.fitting.gauss_newton import refine_start_states
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.records import Windows
-from pendulum_twin.arrays import Floats, Ints
+from pendulum_twin.arrays import Floats
 from pendulum_twin.free_runs import run_freely
 from pendulum_twin.signals import Signals
 
@@ -56,7 +56,9 @@ def measure_noise_floor(
     lead = min(round(decisions.FLOOR_LEAD_S / signals.period_s), int(before.max()))
     begin = windows.begin[before >= lead] - lead
     length = lead + windows.samples
-    pieces = _cut_pieces(signals, begin, length)
+    # What command and cart did before a piece is unknown there: to the runs that make the perfect
+    # recording, and to the runs that are judged by it.
+    pieces = signals.cut([(first, first + length) for first in begin.tolist()])
     motion = Windows(np.array(pieces.stretch_begins), length, case.state.states[begin])
     problem = replace(case.problem(motion), signals=pieces)
     starts = refine_start_states(problem, theta).start_states
@@ -73,29 +75,6 @@ def measure_noise_floor(
         for v in zip(*((t.score, t.typical) for t in tries), strict=True)
     )
     return NoiseFloor(float(score), float(typical))
-
-
-def _cut_pieces(signals: Signals, begin: Ints, length: int) -> Signals:
-    """Return pieces of a recording, each a stretch of its own.
-
-    What command and cart did before a piece is unknown there: to the runs that make the perfect
-    recording, and to the runs that are judged by it.
-
-    begin: (pieces,) first samples; length: samples of each piece.
-    """
-    at = (begin[:, None] + np.arange(length)).reshape(-1)
-    return replace(
-        signals,
-        command=signals.command[at],
-        parts=None if signals.parts is None else signals.parts[at],
-        cart=None if signals.cart is None else signals.cart[at],
-        pole=None if signals.pole is None else signals.pole[at],
-        cart_valid=signals.cart_valid[at],
-        pole_valid=signals.pole_valid[at],
-        stretch_begins=tuple(range(0, len(at), length)),
-        begin_s=tuple(signals.clock_s[begin].tolist()),
-        after_s=None,
-    )
 
 
 def _replay_perfect(

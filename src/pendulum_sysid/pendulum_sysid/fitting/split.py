@@ -1,8 +1,10 @@
 """Cut a recording into windows, and the windows into three parts that are kept apart.
 
-Whole windows go to one part each, interleaved through the record, so that every part sees every
-regime of it; no sample counts in two parts. The pattern begins one place further on in every
-stretch, lest repeated runs give each part the same moments of them.
+Each window goes to one part, interleaved through the recording, so that every part sees every
+regime of the recording. A window begins with the last sample of the window before: neighbouring
+windows share this sample and no other. The pattern begins one place further on in every stretch,
+lest repeated runs give each part the same moments of them. The parts "train" and "choose" together
+are the learning windows, on which every fit is made and cross-validated.
 """
 
 from __future__ import annotations

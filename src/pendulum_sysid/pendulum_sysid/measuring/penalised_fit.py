@@ -40,7 +40,7 @@ class LawFit:
     priors: of the curves.
     values: of each curve, (knots,).
     covariances: of the values of each curve, (knots, knots), the remainder counted in.
-    inflation: by which errors that hang together widen intervals (a ratio of variances).
+    inflation: by which correlated errors widen intervals (a ratio of variances).
     system: the normal equations where the fit ended, without the priors; None before the first
         law.
     lead: over the fit without the last curve, on windows left out; None for none.

@@ -75,7 +75,7 @@ def choose_smoothness(
 
     matrix, gradient: of the curve's values in typical sizes, all else eliminated, such that the
         values without a prior are their quotient.
-    inflation: by which errors that hang together count for less than their number.
+    inflation: by which correlated errors count for less than their number.
     """
     best = Smoothness(0.0, LENGTHS[-1], -np.inf, 0.0)
     for length in LENGTHS:

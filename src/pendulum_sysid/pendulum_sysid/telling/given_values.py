@@ -60,7 +60,7 @@ def describe_changed(findings: Findings) -> str:
     names = sorted((name for name in values if strength[name] > 1.0), key=lambda n: -strength[n])
     words += [
         f"{name} {values[name].before:.3g} -> {values[name].after:.3g} {values[name].unit}"
-        for name in names[: decisions.CHANGED_VALUES_TOLD]
+        for name in names[: decisions.CHANGED_VALUES_LISTED]
     ]
     return f" ({', '.join(words)})" if words else ""
 

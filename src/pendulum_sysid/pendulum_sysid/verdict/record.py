@@ -157,7 +157,7 @@ class RigParameter:
 
 @dataclass(frozen=True)
 class Correlations:
-    """Hold how the errors of fitted values hang together.
+    """Hold the correlations of the errors of fitted values.
 
     Attributes:
         names: (values,) of the fit.

@@ -37,13 +37,13 @@ class AngleStep:
 
 
 def read_slips(case: Case, theta: Floats) -> tuple[Reading, ...]:
-    """Return the clearest steps of the pole's angle as slips of its encoder, the largest first."""
+    """Return steps of the pole's angle as slips of its encoder, the clearest first."""
     steps = find_angle_steps(case.signals, case.state.noise.pole_rad)
     return tuple(Reading(EFFECT.name, (step.angle_rad, step.time_s)) for step in steps)
 
 
 def find_angle_steps(signals: Signals, noise_rad: float | None) -> tuple[AngleStep, ...]:
-    """Return the clearest steps of the pole's angle, at most MOST, the largest first."""
+    """Return the clearest steps of the pole's angle, at most `SLIPS_TRIED`, the clearest first."""
     if signals.pole is None or noise_rad is None or len(signals) < 4 * decisions.SLIP_SIDE_SAMPLES:
         return ()
     measured = [
@@ -118,7 +118,10 @@ def _measure_jumps(signals: Signals, noise_rad: float, width: int) -> tuple[Floa
 
 
 def _make_weights(width: int) -> Floats:
-    """Return the weights, (SIDE,), that carry samples after a place back to its middle."""
+    """Return the weights that carry samples after a place back to its middle.
+
+    Shape (SLIP_SIDE_SAMPLES,).
+    """
     at = np.arange(decisions.SLIP_SIDE_SAMPLES) + 0.5 * (width + 1)
     return np.linalg.pinv(np.vander(at, DEGREE + 1, increasing=True))[0]
 

@@ -24,7 +24,7 @@ class Wave:
     """Hold a wave factor * amplitude * sin(wavenumber * value + phase).
 
     wavenumber: rad per unit of the values.
-    amplitude: N per unit of the factor.
+    amplitude: in the unit for which `make_columns` returns N.
     phase: rad.
     """
 

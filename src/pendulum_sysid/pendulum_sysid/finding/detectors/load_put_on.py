@@ -1,7 +1,7 @@
 """Find the instant at which a load is put on the cart, or taken off it.
 
 A run knows nothing of an instant that is far off. The balance of the force judges every instant at
-once: the load adds a force of -acceleration from there on.
+once: from there on each kg of the load adds minus the acceleration to the force.
 """
 
 from __future__ import annotations

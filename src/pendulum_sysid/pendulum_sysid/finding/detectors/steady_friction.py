@@ -64,7 +64,7 @@ def measure_friction(case: Case, theta: Floats) -> Estimate | None:
     table = make_table(case, compute_motion(case, theta), balance, theta)
     beside = _choose_questions_beside(table)
     levels = []
-    for key in (key for key in table.asked if key.startswith(PRODUCT)):
+    for key in (key for key in table.questions if key.startswith(PRODUCT)):
         if not _is_sure(table, key, beside):
             return None
         measured = measure_curves(table, (*beside, key), get_own_constants(FORCE, theta))
@@ -78,9 +78,9 @@ def _choose_questions_beside(table: Table) -> tuple[str, ...]:
     These are all that explain it but those about the velocity.
     """
     explaining = [
-        key for key in explain(table) if "cart_velocity" not in table.asked[key].variable
+        key for key in explain(table) if "cart_velocity" not in table.questions[key].variable
     ]
-    return tuple(dict.fromkeys([*explaining, *(key for key in BESIDE if key in table.asked)]))
+    return tuple(dict.fromkeys([*explaining, *(key for key in BESIDE if key in table.questions)]))
 
 
 def _is_sure(table: Table, key: str, beside: tuple[str, ...]) -> bool:

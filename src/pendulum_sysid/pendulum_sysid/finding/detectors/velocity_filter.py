@@ -145,7 +145,7 @@ def _fit_constant(compute_power: Errors, delay_s: float) -> float:
 
 
 def _minimise(compute_power: Callable[[float], Floats]) -> float:
-    """Return the time (s), at most LONGEST_S, for which the mean power is least."""
+    """Return the time (s), at most `LAG_LONGEST_S`, for which the mean power is least."""
     minimum = minimize_scalar(
         lambda s: float(np.mean(compute_power(s))),
         bounds=(0.0, decisions.LAG_LONGEST_S),

@@ -32,8 +32,10 @@ from pendulum_twin.signals import Signals
 FOLDS = 4
 # The constants of the twin that stand in each equation: a missing force may have bent them, and
 # they are fitted along with it.
-TURNED = ({"drive": (FORCE_PER_PWM,), "viscous": (CART_VISCOUS,), "coupling": (COUPLING,)},
-          {"weight": (COUPLING, MOMENT), "viscous": (POLE_VISCOUS,)})  # fmt: skip
+REFITTED_CONSTANTS = (
+    {"drive": (FORCE_PER_PWM,), "viscous": (CART_VISCOUS,), "coupling": (COUPLING,)},
+    {"weight": (COUPLING, MOMENT), "viscous": (POLE_VISCOUS,)},
+)
 
 
 @dataclass(frozen=True)
@@ -144,7 +146,7 @@ def make_balance(case: Case, theta: Floats, equation: int) -> Balance | None:
     if len(sieve.at) < decisions.BALANCE_LEAST_ROWS:
         return None
     turned = {}
-    for name, slots in TURNED[equation].items():
+    for name, slots in REFITTED_CONSTANTS[equation].items():
         more = theta.copy()
         more[list(slots)] += 1.0
         column = sieve(raw - compute_lacking(case, more, sharp, equation))

@@ -35,14 +35,14 @@ def explain(table: Table) -> tuple[str, ...]:
 
 def _choose_next(table: Table, keys: tuple[str, ...]) -> str | None:
     """Return the question to add: of those that explain about as much, the cheapest."""
-    losses = {key: table.compute_loss((*keys, key)) for key in table.asked if key not in keys}
+    losses = {key: table.compute_loss((*keys, key)) for key in table.questions if key not in keys}
     if not losses:
         return None
     best = min(losses, key=lambda key: losses[key])
     missing = compute_missing_power(table, (*keys, best))
     for cost in (Cost.CURVE, Cost.NUMBER):
-        cheaper = {key: loss for key, loss in losses.items() if table.asked[key].cost <= cost}
-        if not cheaper or table.asked[best].cost <= cost:
+        cheaper = {key: loss for key, loss in losses.items() if table.questions[key].cost <= cost}
+        if not cheaper or table.questions[best].cost <= cost:
             continue
         other = min(cheaper, key=lambda key: cheaper[key])
         ahead = losses[other] - losses[best]

@@ -47,7 +47,7 @@ def localise(case: Case, theta: Floats, runs: WindowRuns) -> Localisation:
     )
     return Localisation(
         _find_place(answers) or _find_worse_joint(runs),
-        tuple(answers[: decisions.EVIDENCE_TOLD]),
+        tuple(answers[: decisions.EVIDENCE_LINES]),
         find_worst_stretches(runs),
         explained,
     )

@@ -60,7 +60,7 @@ def _measure_curve(
     theta: dict[str, float],
 ) -> Curve:
     """Return a question's curve, with the share of the twin's own constant in it."""
-    question = table.asked[key]
+    question = table.questions[key]
     used = table.used[key]
     own = [place[column] for column in range(table.at[key].start, table.at[key].stop)]
     x = question.x if question.drawn is not None else question.x[used]

@@ -101,7 +101,7 @@ def make_number_question(
 class Variables:
     """Hold a recording's variables by name, each with its knots and what makes the hats on them.
 
-    Hats are made when they are asked for, and no questions keep them.
+    Hats are made when they are needed, and no question keeps them.
     """
 
     bases: dict[str, tuple[Floats, Callable[[], Floats]]]

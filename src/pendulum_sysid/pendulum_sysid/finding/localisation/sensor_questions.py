@@ -97,7 +97,7 @@ def _ask_angle(signals: Signals, here: Motion, equation: int, theta: Floats) -> 
 
 
 def _make_harmonics(angle: Floats) -> Floats:
-    """Return sines and cosines of an angle and its multiples, (n, 2 TURNS)."""
+    """Return sines and cosines of an angle and its multiples, (n, 2 ANGLE_HARMONICS)."""
     return np.stack(
         [
             wave(k * angle)

@@ -101,7 +101,7 @@ def measure_remainders(case: Case, fit: Fit, base: Fit) -> list[Remainder]:
         if balance.equation not in first:
             continue
         table, own = make_table(case, here, balance, fit.theta), max(balance.size, 1e-300) ** 2
-        gains = {key: table.compute_gain(key) / own for key in table.asked}
+        gains = {key: table.compute_gain(key) / own for key in table.questions}
         before = max(first[balance.equation].compute_loss(()) - balance.noise**2, 0.0) / own
         remainders.append(Remainder(table, gains, before, table.compute_loss(()) / own))
     return remainders
@@ -217,7 +217,7 @@ class Own:
 
 def _judge_shape(remainder: Remainder, name: str, own: Own) -> Misfit | None:
     """Return the misfit of an effect in one equation; None where its shape is right."""
-    questions, gains = remainder.table.asked, remainder.gains
+    questions, gains = remainder.table.questions, remainder.gains
     related = {key: gain for key, gain in gains.items() if own.is_about(questions[key])}
     if not related:
         return None
@@ -279,8 +279,8 @@ def _find_own_variables(
         replace(balance, lacking=balance.sieve(part), noise=0.0),
         list_questions(case, compute_motion(case, less), balance, less),
     )
-    keys = explain(table) or (min(table.asked, key=lambda key: table.compute_loss((key,))),)
-    return frozenset(token for key in keys for token in table.asked[key].variable.split("*"))
+    keys = explain(table) or (min(table.questions, key=lambda key: table.compute_loss((key,))),)
+    return frozenset(token for key in keys for token in table.questions[key].variable.split("*"))
 
 
 def is_outweighed(remainders: Sequence[Remainder]) -> bool:

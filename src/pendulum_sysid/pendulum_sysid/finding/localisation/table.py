@@ -24,7 +24,7 @@ class Table:
 
     def __init__(self, balance: Balance, questions: Sequence[Question]) -> None:
         self.balance = balance
-        self.asked: dict[str, Question] = {}
+        self.questions: dict[str, Question] = {}
         self.at: dict[str, slice] = {}
         self.used: dict[str, Mask] = {}
         end = balance.turned.shape[1]
@@ -37,7 +37,7 @@ class Table:
             if used.any():
                 blocks.append(columns[:, used])
                 penalties.append(_make_penalty(question, columns[:, used]))
-                self.asked[question.key], self.used[question.key] = question, used
+                self.questions[question.key], self.used[question.key] = question, used
                 self.at[question.key] = slice(end, end + int(used.sum()))
                 end += int(used.sum())
         self.columns = np.concatenate(blocks, axis=1)

@@ -32,27 +32,12 @@ def thin_out(case: Case, most: int | None = None) -> Case:
         piece for piece, now, then in zip(pieces, turn[:-1], turn[1:], strict=True) if then > now
     ]
     at = np.concatenate([np.arange(first, stop) for first, stop in kept])
-    first = np.array([piece[0] for piece in kept])
-    clock_s, times_s = signals.clock_s[first], signals.times_s[first]
-    stretch_begins = np.cumsum([0, *(stop - begin for begin, stop in kept[:-1])])
-    fewer = replace(
-        signals,
-        command=signals.command[at],
-        parts=None if signals.parts is None else signals.parts[at],
-        cart=None if signals.cart is None else signals.cart[at],
-        pole=None if signals.pole is None else signals.pole[at],
-        cart_valid=signals.cart_valid[at],
-        pole_valid=signals.pole_valid[at],
-        stretch_begins=tuple(int(s) for s in stretch_begins),
-        begin_s=tuple(clock_s.tolist()),
-        after_s=tuple((times_s - clock_s).tolist()),
-    )
     state = replace(
         case.state, states=case.state.states[at], accelerations=case.state.accelerations[at]
     )
     rates = None if case.recording.rates is None else case.recording.rates[at]
     return replace(
         case,
-        recording=replace(case.recording, signals=fewer, rates=rates, doubt=None),
+        recording=replace(case.recording, signals=signals.cut(kept), rates=rates, doubt=None),
         state=state,
     )
