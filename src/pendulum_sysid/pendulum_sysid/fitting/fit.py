@@ -30,7 +30,7 @@ from pendulum_twin.effects import BY_NAME, CATALOGUE
 from pendulum_twin.parameter_vector import SLOTS, make_theta
 from pendulum_twin.signals import Signals
 
-DELAYS = {f"{e.name}.{p.name}" for e in CATALOGUE for p in e.parameters if p.delays}
+DELAYS = {f"{e.name}.{p.name}": p for e in CATALOGUE for p in e.parameters if p.delays}
 JUMPS = {f"{e.name}.{p.name}": p.jumps for e in CATALOGUE for p in e.parameters if p.jumps}
 HORIZONS = (4, 1)  # pieces of a window: 0.25 s and 1 s
 
@@ -138,7 +138,13 @@ def _widen_delays(estimates: dict[str, Estimate], case: Case) -> dict[str, Estim
     scatter_s = (latency.spread_s if latency is not None else None) or 0.0
     half = max(case.recording.timing_spread_s / 2.0, decisions.INTERVAL_DEVIATIONS * scatter_s)
     return {
-        name: replace(e, low=e.low - half, high=e.high + half) if name in DELAYS else e
+        name: replace(
+            e,
+            low=max(e.low - half, DELAYS[name].low),
+            high=min(e.high + half, DELAYS[name].high),
+        )
+        if name in DELAYS
+        else e
         for name, e in estimates.items()
     }
 
