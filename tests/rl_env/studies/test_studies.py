@@ -54,7 +54,7 @@ def cluster() -> Iterator[list[str]]:
     """
     here = LocalCluster(
         n_workers=1, threads_per_worker=1, processes=False, protocol="tcp", host="127.0.0.1",
-        dashboard_address=None,
+        dashboard_address="127.0.0.1:0",
     )  # fmt: skip
     with here:
         yield ["--scheduler", here.scheduler_address]
