@@ -14,7 +14,7 @@ from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.free_runs import count_substeps, run_drive
 
 STEP = 1e-4  # of a parameter's size, for differences
-RUNS_AT_ONCE = 1_000_000  # numbers of runs that are held at one time: reused without a page fault
+RUNS_AT_ONCE = 1_000_000  # numbers of runs held at one time: memory is reused without page faults
 DRIVES_AT_ONCE = 32_000_000  # the same of what command and drive make of the whole recording
 
 
@@ -117,7 +117,6 @@ def _compute_all_errors(
     varied = list_varied(problem)
     acting = np.concatenate([acting, np.ones((len(varied), len(start_states)), dtype=bool)])
     moves = np.zeros((len(sets) + len(varied), 4))
-    pieces = list_pieces(problem, len(moves), start_states)
     moves[np.arange(len(sets), len(moves)), varied] = problem.deviations[varied]
     set_of = np.array([*range(len(sets)), *([0] * len(varied))])
     all_errors = np.empty(
@@ -128,10 +127,10 @@ def _compute_all_errors(
             len(list_channels(problem.signals)),
         )
     )
-    for sharing in _list_groups(problem, len(sets)):
+    for sharing in _list_groups(problem, len(sets), start_states):
         drives = run_drive(problem.signals, sets[sharing], problem.step_s)
         lanes = np.flatnonzero(np.isin(set_of, sharing))
-        for part in pieces:
+        for part in list_pieces(problem, len(lanes), start_states):
             lane, window = np.nonzero(acting[lanes, part])
             lane, window = lanes[lane], window + part.start
             all_errors[lane, window] = compute_errors_of_runs(
@@ -147,8 +146,13 @@ def _compute_all_errors(
     return all_errors
 
 
-def _list_groups(problem: Problem, sets: int) -> list[Ints]:
-    """Return the sets in groups whose drives fit into memory together."""
+def _list_groups(problem: Problem, sets: int, start_states: Floats) -> list[Ints]:
+    """Return the sets in groups whose drives and runs fit into memory together.
+
+    A group runs all windows, for what a twin remembers of the recorded path takes long to follow.
+    """
     row = len(problem.signals) * count_substeps(problem.signals, problem.step_s)
-    size = max(DRIVES_AT_ONCE // row, 1)
+    runs = problem.windows.samples * start_states.size
+    together = RUNS_AT_ONCE // runs - len(list_varied(problem))  # the first set runs so much more
+    size = max(min(DRIVES_AT_ONCE // row, together), 1)
     return [np.arange(a, min(a + size, sets)) for a in range(0, sets, size)]
