@@ -52,7 +52,7 @@ def test_a_json_object_is_read_with_its_schema(tmp_path):
     ("content", "sentence"),
     [
         (b"{", "but it cannot be read: it is no JSON"),
-        (b"\xff", "but it cannot be read: it is no text"),
+        (b"\xff", "but it cannot be read: it is not UTF-8 (byte 0): save it as UTF-8"),
         (b"[" * 100_000, "but it cannot be read: it is no JSON"),
         (b"[1]", "found another file"),
         (b'{"schema": "other/1"}', "found another file"),

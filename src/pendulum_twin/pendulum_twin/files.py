@@ -55,7 +55,7 @@ def describe_read_error(error: Exception) -> str:
     if isinstance(error, IsADirectoryError):
         return "it is a folder"
     if isinstance(error, UnicodeDecodeError):
-        return "it is no text"
+        return f"it is not UTF-8 (byte {error.start}): save it as UTF-8"
     if isinstance(error, json.JSONDecodeError | RecursionError):
         return "it is no JSON"
     reason = getattr(error, "strerror", None) or str(error)

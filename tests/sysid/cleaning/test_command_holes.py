@@ -102,6 +102,17 @@ def test_a_change_that_is_sent_again_makes_no_holes() -> None:
     assert find_gaps(keep_commands(raw, kept)) == []
 
 
+def test_a_controller_that_falls_silent_leaves_holes_though_its_commands_hardly_repeat() -> None:
+    stamps = np.sort(np.random.default_rng(3).uniform(0.0, AT[-1], 3 * len(AT)))
+    command = 0.1 * np.sin(np.pi * stamps) + 0.01
+    command[:3] = 0.0
+    heard = np.ones(len(stamps), dtype=bool)
+    for begin_s in (5.0, 10.0, 15.0, 20.0):
+        heard &= (stamps < begin_s) | (stamps > begin_s + 0.3)
+    raw = RawRecording("made", "sha256:1", AT, RAW.cart, RAW.pole, stamps, command)
+    assert len(find_gaps(keep_commands(raw, heard))) == 4
+
+
 def test_a_rig_that_moves_as_if_commanded_before_the_first_command_is_left_out() -> None:
     raw = keep_commands(RAW, AT > 2.0)
     [(begin_s, end_s)] = find_gaps(raw)

@@ -7,12 +7,19 @@ import pytest
 from support.made_recordings import INTECO, made
 
 from pendulum_sysid import decisions
+from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.finding import search as search_module
 from pendulum_sysid.finding.journal import Search
 from pendulum_sysid.finding.need import needs_effect
-from pendulum_sysid.finding.pole_alone import PoleAnswer, add_pole_effects, search_pole_alone
+from pendulum_sysid.finding.pole_alone import (
+    PoleAnswer,
+    add_pole_effects,
+    put_pole_on_moving_axis,
+    search_pole_alone,
+)
 from pendulum_sysid.finding.search import Explanation, begin_with_subsets, extend_horizon
 from pendulum_sysid.finding.signs import fit_parameters_alone
+from pendulum_sysid.fitting.split import split_windows
 from pendulum_sysid.prepare import prepare
 from pendulum_sysid.records import Fit
 from pendulum_twin.laws.law import Law, spread_turn
@@ -117,4 +124,9 @@ def test_too_few_windows_of_both_joints_are_no_error() -> None:
     )
     prepared = prepare([replace(recording, signals=parted)], RIG)
     search = Search(prepared.case, prepared.split)
-    assert search_pole_alone(search, fit_parameters_alone(search)) is None
+    base = fit_parameters_alone(search)
+    alone = put_pole_on_moving_axis(search.case, base.theta)
+    assert alone is not None
+    with pytest.raises(UnusableRecording, match="found 3"):
+        split_windows(alone.signals, alone.state)
+    assert search_pole_alone(search, base) is None

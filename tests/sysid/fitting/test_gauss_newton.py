@@ -234,6 +234,24 @@ def test_a_recording_taken_in_pieces_gives_the_same_equations(
         ), name
 
 
+def test_summed_equations_are_the_sum_over_the_windows(
+    problem: Problem, free: tuple[Free, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    theta, starts = make_theta(off(FAR)), problem.windows.start_states
+    parts = linearise(problem, theta, starts, free, np.ones(2))
+    kept = np.arange(len(starts)) % 3 > 0
+    pairs = [(parts.sum_windows(kept), parts.normals[kept], parts.scores[kept])]
+    for limit in (1_000_000, 1):
+        monkeypatch.setattr("pendulum_sysid.fitting.neighbours.RUNS_AT_ONCE", limit)
+        summed = linearise(problem, theta, starts, free, np.ones(2), summed=True)
+        pairs.append((summed, parts.normals, parts.scores))
+        assert np.allclose(summed.cross, parts.cross, rtol=1e-6)
+    for summed, normals, scores in pairs:
+        normal, gradient = normals.sum(axis=0), scores.sum(axis=0)
+        assert np.allclose(summed.normal, normal, rtol=1e-9, atol=1e-9 * np.abs(normal).max())
+        assert np.allclose(summed.gradient, gradient, atol=1e-9 * np.abs(gradient).max())
+
+
 def test_what_the_data_do_not_fix_is_not_identifiable() -> None:
     """Without a command nothing says how strong the drive is."""
     still = made(TRUTH, 12.0, 0.0, seed=3)

@@ -71,6 +71,36 @@ def test_separators_at_the_end_of_lines_are_no_cells(
     np.testing.assert_allclose(raw.pole, 3.1)
 
 
+def test_text_behind_the_numbers_may_be_missing_or_hold_separators(tmp_path: Path) -> None:
+    notes = ["", "ok", "stopped, by hand", "ok"]
+    rows = [[*row, notes[k % 4]] if k % 4 else row for k, row in enumerate(ROWS)]
+    file = write(tmp_path / "run.csv", *rows, header="t,u,x,theta,note")
+    imported = import_csv(file, tmp_path / "bag", ALL)
+    assert imported.rows == 400 and not imported.warnings
+    np.testing.assert_allclose(read_bag(tmp_path / "bag").cart, np.arange(400) / 1e4)
+    shifted = [*rows[:200], ["2.00", "0.1", "3.1", "ok"], *rows[201:]]
+    with pytest.raises(FileError, match="found 4 in line 202 "):
+        read_csv_table(write(tmp_path / "no.csv", *shifted, header="t,u,x,theta,note"))
+
+
+@pytest.mark.parametrize("header", ["t,u,x,theta,note", "t, s,u,x,theta", "u,x,theta"])
+def test_a_header_with_other_cells_than_the_rows_names_nothing(
+    tmp_path: Path, header: str
+) -> None:
+    file = write(tmp_path / "run.csv", *ROWS, header=header)
+    import_csv(file, tmp_path / "bag", Columns("1", "2", "3", "4"))
+    np.testing.assert_allclose(read_bag(tmp_path / "bag").cart, np.arange(400) / 1e4)
+    with pytest.raises(WrongUse, match="with 4 names, x among them, found none in line 1: give"):
+        import_csv(file, tmp_path / "named", Columns("1", "2", "x", "4"))
+
+
+def test_lines_of_text_behind_the_last_row_are_left_out_with_a_warning(tmp_path: Path) -> None:
+    file = write(tmp_path / "run.csv", *ROWS, ["end of recording"], ["checked, by me"])
+    imported = import_csv(file, tmp_path / "bag", ALL)
+    assert imported.rows == 400
+    assert [w.split(" holds")[0] for w in imported.warnings] == ["line 403", "line 402"]
+
+
 def test_cells_that_are_empty_stay_in_their_place(tmp_path: Path) -> None:
     """Tabs at both ends of a row stand beside empty cells; only the first cell must be there."""
     rows = [list(row) for row in ROWS]

@@ -20,7 +20,7 @@ from pendulum_sysid.cleaning.detector import Fault, Interval, Samples
 from pendulum_sysid.cleaning.even_clock import find_even_clock
 from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.reading.raw import RawRecording
-from pendulum_twin.arrays import Floats, Ints
+from pendulum_twin.arrays import Floats, Ints, Mask
 
 
 @dataclass(frozen=True)
@@ -75,20 +75,21 @@ def _count_missing(raw: RawRecording) -> tuple[float, Ints]:
     """Return the samples' period (s), and how many of them each longer silence lasts, (m - 1,).
 
     Infinite and none where the publisher sends changes only: the command then lasts through a
-    silence. Such a publisher is silent more often than it sends a command again.
+    silence. Such a publisher sends no command again, unless after a silence.
     """
     period_s = float(np.median(np.diff(raw.state_stamp_s)))
     steps = np.diff(raw.command_stamp_s)
     missing = (steps / max(period_s, 1e-9)).astype(np.int64) - 1
     silent = missing > decisions.LONGEST_FILL
-    if np.median(steps) > period_s or _count_repeats(raw.command) <= np.count_nonzero(silent):
+    if np.median(steps) > period_s or not np.any(_find_repeats(raw.command) & ~silent):
         return np.inf, np.zeros(len(steps), dtype=np.int64)
     return period_s, np.where(silent, missing, 0)
 
 
-def _count_repeats(command: Floats) -> int:
-    """Return how many commands are the same as the command before."""
-    return int(np.count_nonzero(command[1:] == command[:-1]))
+def _find_repeats(command: Floats) -> Mask:
+    """Return which commands are the same as the command before, (m - 1,)."""
+    repeats: Mask = command[1:] == command[:-1]
+    return repeats
 
 
 def _add_margins(hole: tuple[float, float, float], period_s: float) -> Interval:
@@ -152,7 +153,9 @@ def _find_jumps(command: Floats, missing: Ints) -> Ints:
 def _check_enough(command: Floats, missing: Ints) -> None:
     """Raise UnusableRecording when too many commands are missing one by one."""
     single = int(missing[missing <= decisions.LONGEST_FILL].sum())
-    if _count_repeats(command) and single > decisions.MOST_NOT_FINITE * (len(command) + single):
+    if _find_repeats(command).any() and single > decisions.MOST_NOT_FINITE * (
+        len(command) + single
+    ):
         raise UnusableRecording(
             f"expected a command each period, found {single} of {len(command) + single} missing "
             f"one by one: at most {decisions.MOST_NOT_FINITE:.0%} can be done without, for what "

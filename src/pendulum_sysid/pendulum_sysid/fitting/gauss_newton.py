@@ -147,9 +147,7 @@ def solve(
 
     def conclude(converged: bool, system: System | None) -> Solution:
         near = bool(np.all(squares < OFF**2))  # a run that left all bounds shows no way back
-        return Solution(
-            theta, starts, squares, counts, converged and near, system if free else None
-        )
+        return Solution(theta, starts, squares, counts, converged and near, system)
 
     for _ in range(iterations):
         system, list_parts = _linearise(problem, theta, starts, free, squares, counts, known)
@@ -161,12 +159,14 @@ def solve(
                 break
             damping = max(damping * 10, 1e-3)
         if not new_cost < cost:
-            return conclude(True, list_parts())
+            return conclude(True, list_parts() if free else None)
         gain, cost = cost - new_cost, new_cost
         before, theta, starts, squares = theta, new_theta, new_starts, new_squares
         damping = max(damping * 0.1, 1e-9)
         if gain < least_gain:
-            return conclude(True, shift_system(list_parts(), free, before, theta))
+            parts = shift_system(list_parts(), free, before, theta) if free else None
+            return conclude(True, parts)
+        del list_parts  # the runs that it holds take much memory
     return conclude(False, None)
 
 

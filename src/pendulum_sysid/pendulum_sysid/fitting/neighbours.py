@@ -14,7 +14,7 @@ from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.free_runs import count_substeps, run_drive
 
 STEP = 1e-4  # of a parameter's size, for differences
-RUNS_AT_ONCE = 1_000_000  # numbers of runs held at one time: memory is reused without page faults
+RUNS_AT_ONCE = 1_000_000  # numbers of runs at one time: memory is reused without page faults
 DRIVES_AT_ONCE = 32_000_000  # the same of what command and drive make of the whole recording
 
 
@@ -109,7 +109,8 @@ def _compute_all_errors(
     """Return measured minus run, (sets + starts that are varied, windows, samples, channels).
 
     First each parameter vector from the given starts, then the first set from starts one deviation
-    off along each entry.
+    off along each entry. A set runs all its windows at once, for what a twin remembers of the
+    recorded path takes long to follow.
 
     acting: (sets, windows) where a set's runs differ from those of the first set; the others are
         not made.
@@ -127,32 +128,28 @@ def _compute_all_errors(
             len(list_channels(problem.signals)),
         )
     )
-    for sharing in _list_groups(problem, len(sets), start_states):
-        drives = run_drive(problem.signals, sets[sharing], problem.step_s)
+    together = max(RUNS_AT_ONCE // (problem.windows.samples * start_states.size), 1)
+    for sharing in _list_groups(problem, len(sets)):
+        rows, row_of = run_drive(problem.signals, sets[sharing], problem.step_s)
         lanes = np.flatnonzero(np.isin(set_of, sharing))
-        for part in list_pieces(problem, len(lanes), start_states):
-            lane, window = np.nonzero(acting[lanes, part])
-            lane, window = lanes[lane], window + part.start
-            all_errors[lane, window] = compute_errors_of_runs(
+        for some in (lanes[a : a + together] for a in range(0, len(lanes), together)):
+            own, set_of_lane = np.unique(set_of[some], return_inverse=True)
+            lane, window = np.nonzero(acting[some])
+            all_errors[some[lane], window] = compute_errors_of_runs(
                 problem,
-                drives,
-                sets[sharing],
-                set_of[lane] - sharing[0],
+                (rows, row_of[own - sharing[0]]),
+                sets[own],
+                set_of_lane[lane],
                 window,
-                start_states[window] + moves[lane],
+                start_states[window] + moves[some[lane]],
             )
     for errors, acts in zip(all_errors, acting, strict=True):
         errors[~acts] = all_errors[0, ~acts]
     return all_errors
 
 
-def _list_groups(problem: Problem, sets: int, start_states: Floats) -> list[Ints]:
-    """Return the sets in groups whose drives and runs fit into memory together.
-
-    A group runs all windows, for what a twin remembers of the recorded path takes long to follow.
-    """
+def _list_groups(problem: Problem, sets: int) -> list[Ints]:
+    """Return the sets in groups whose drives fit into memory together."""
     row = len(problem.signals) * count_substeps(problem.signals, problem.step_s)
-    runs = problem.windows.samples * start_states.size
-    together = RUNS_AT_ONCE // runs - len(list_varied(problem))  # the first set runs so much more
-    size = max(min(DRIVES_AT_ONCE // row, together), 1)
+    size = max(DRIVES_AT_ONCE // row, 1)
     return [np.arange(a, min(a + size, sets)) for a in range(0, sets, size)]

@@ -41,7 +41,7 @@ class Imported:
     seconds: s, from the first to the last.
     ranges: channel -> least and largest value, m, rad and the command's unit.
     begins_at_rad: rad, 0 to 2 pi, the pole's angle at the beginning; None without a pole.
-    warnings: sentences about rows that were left out, and for what the recording will not do.
+    warnings: sentences about rows that were left out, and about what makes the recording unusable.
     """
 
     rows: int
@@ -118,17 +118,19 @@ class Content:
 def _read_content(table: Table, columns: Columns) -> Content:
     stamps_ns, chosen, begin_s = _read_times(table, columns)
     sent_ns: Ints | None = None
+    warnings = table.warnings
     if columns.join is None:
         command = _read_channel(table, columns.command, "--command", chosen)
     else:
-        sent_ns, command = _read_joined(columns, begin_s, int(stamps_ns[-1]))
+        sent_ns, command, doubts = _read_joined(columns, begin_s, int(stamps_ns[-1]))
+        warnings = (*warnings, *(f"{columns.join}: {doubt}" for doubt in doubts))
     joints = _read_positions(table, columns, chosen)
     velocities = _read_velocities(table, columns, chosen)
     if command is not None:
         command = command * COMMAND_UNITS[columns.command_unit]
     if velocities:
         velocities = {j: velocities.get(j, np.full(len(stamps_ns), np.nan)) for j in joints}
-    return Content(stamps_ns, joints, velocities, command, sent_ns, table.warnings)
+    return Content(stamps_ns, joints, velocities, command, sent_ns, warnings)
 
 
 def _write(content: Content, out: str | Path) -> Imported:
@@ -197,8 +199,12 @@ def _read_times(table: Table, columns: Columns) -> tuple[Ints, Mask, float]:
     return stamps_ns, chosen, begin_s + float(taken[0] - times[0])
 
 
-def _read_joined(columns: Columns, begin_s: float, last_ns: int) -> tuple[Ints, Floats]:
+def _read_joined(
+    columns: Columns, begin_s: float, last_ns: int
+) -> tuple[Ints, Floats, tuple[str, ...]]:
     """Return when the commands of another file were sent, ns from begin_s, and the commands.
+
+    The third are sentences about rows of that file that were left out.
 
     begin_s: time of the first sample by the clock of both files, s.
     last_ns: time of the last sample, ns from there.
@@ -223,7 +229,7 @@ def _read_joined(columns: Columns, begin_s: float, last_ns: int) -> tuple[Ints, 
         )
     first = max(int(np.searchsorted(sent_ns, 0, side="right")) - 1, 0)
     after = int(np.searchsorted(sent_ns, last_ns, side="right"))
-    return np.maximum(sent_ns[first:after], 0), command[first:after]
+    return np.maximum(sent_ns[first:after], 0), command[first:after], table.warnings
 
 
 def _read_seconds(

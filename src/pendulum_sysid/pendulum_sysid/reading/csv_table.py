@@ -78,11 +78,12 @@ class Cells:
 def read_csv_table(path: Path) -> Table:
     """Return the columns of a CSV file.
 
-    Lines that begin with # or % are comments; the last one above the first row is the header if it
-    has as many cells as a row and the first row holds numbers. A header separated by blanks names
-    nothing where no row has as many cells. Rows without a number right below the header (units)
-    are left out, and so is a last row that was cut off, with a warning. Raises FileError when the
-    file is empty or no text, or another row has more or fewer cells.
+    Lines that begin with # or % are comments; the last one above the first row is the header if
+    the first row holds numbers. A header names nothing where most rows have more or fewer cells.
+    Rows without a number right below the header (units) are left out, and so are, with a warning,
+    lines without a number behind the last row and a last row that was cut off. Text behind the
+    last column of numbers may be missing, or hold separators. Raises FileError when the file is
+    empty or no text, or another row has more or fewer cells.
     """
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
@@ -98,51 +99,87 @@ def read_csv_table(path: Path) -> Table:
     comma = separator != ","
     rows = [(k, _split(line, separator)) for k, line in kept]
     first, header_line = rows[0][1], rows[0][0]
-    names: list[str] = []
     if all(_is_number(cell, comma) for cell in first if cell.strip()):
         above = [line for k, line in numbered if k < header_line]
-        comment = _split(above[-1].lstrip("#% \t"), separator) if above else []
-        names = comment if len(comment) == _count_cells(rows) else []
+        names = _split(above[-1].lstrip("#% \t"), separator) if above else []
     else:
-        rows = rows[1:]
-        while rows and not any(_is_number(cell, comma) for cell in rows[0][1]):
+        names, rows = _drop_blank_end(first, 0), rows[1:]
+        while rows and not _holds_number(rows[0], comma):
             rows = rows[1:]
-        names = _drop_blank_end(first, 0)
-        if separator is None and rows and all(len(row) != len(names) for _, row in rows):
-            names = []  # they hold blanks, as the space between them
+    if not _fits_most(rows, len(names)):
+        names = []  # a name may hold the separator
     width, like = (len(names), "the header") if names else (_count_cells(rows), "most rows")
-    whole, warnings = _take_whole_rows(rows, width, like)
+    whole, warnings = _take_whole_rows(rows, width, like, comma)
     cells = Cells(tuple(cell.strip() for cell in names), whole, comma)
     return Table(cells.names, width, tuple(k for k, _ in whole), cells.read, header_line, warnings)
 
 
+def _holds_number(row: Row, comma: bool) -> bool:
+    return any(_is_number(cell, comma) for cell in row[1])
+
+
+def _fits_most(rows: Sequence[Row], width: int) -> bool:
+    """Return whether at least half of the rows have as many cells."""
+    fitting = sum(len(_drop_blank_end(cells, width)) == width for _, cells in rows)
+    return 2 * fitting >= len(rows)
+
+
 def _count_cells(rows: Sequence[Row]) -> int:
-    """Return how many cells most rows have."""
-    return Counter(len(cells) for _, cells in rows).most_common(1)[0][0]
+    """Return how many cells most rows have; 0 without rows."""
+    return Counter(len(cells) for _, cells in rows).most_common(1)[0][0] if rows else 0
 
 
 def _take_whole_rows(
-    rows: Sequence[Row], width: int, like: str
+    rows: Sequence[Row], width: int, like: str, comma: bool
 ) -> tuple[tuple[Row, ...], tuple[str, ...]]:
-    """Return the rows, each with as many cells, and what was left out: a last row cut off.
+    """Return the rows, each with as many cells, and sentences about what was left out.
 
     like: what has so many cells, in words.
 
-    Empty cells beyond the width are separators at the end of a line. Raises FileError for a row
-    with more or fewer cells: its values stand in the wrong columns.
+    Raises FileError for a row whose numbers stand in the wrong columns.
     """
     trimmed = [(line, _drop_blank_end(cells, width)) for line, cells in rows]
-    differing = [(line, len(cells)) for line, cells in trimmed if len(cells) != width]
-    if not differing:
-        return tuple(trimmed), ()
-    line, count = differing[0]
-    if line == trimmed[-1][0] and count < width:
-        left_out = f"the file ends in line {line} with {count} of {width} cells"
-        return tuple(trimmed[:-1]), (f"{left_out}: this row is left out",)
-    raise FileError(
-        f"expected {width} cells in every row, as in {like}, found {count} in line {line} "
-        f"({len(differing)} of {len(rows)} rows differ): correct them, or remove them"
-    )
+    warnings: list[str] = []
+    while trimmed and not _holds_number(trimmed[-1], comma):
+        warnings.append(f"line {trimmed.pop()[0]} holds no number: it is left out")
+    numbers = _count_number_columns([c for _, c in trimmed if len(c) == width], width, comma)
+    broken = [(line, len(c)) for line, c in trimmed if not _is_whole(c, width, numbers, comma)]
+    if broken and broken[0][0] == trimmed[-1][0] and broken[0][1] < width:
+        line, count = broken.pop()
+        trimmed.pop()
+        warnings.append(
+            f"the file ends in line {line} with {count} of {width} cells: this row is left out"
+        )
+    if broken:
+        line, count = broken[0]
+        raise FileError(
+            f"expected {width} cells in every row, as in {like}, found {count} in line {line} "
+            f"({len(broken)} of {len(rows)} rows differ): correct them, or remove them"
+        )
+    whole = tuple((line, [*c[:width], *[""] * (width - len(c))]) for line, c in trimmed)
+    return whole, tuple(warnings)
+
+
+def _count_number_columns(rows: Sequence[list[str]], width: int, comma: bool) -> int:
+    """Return up to which column rows hold numbers: in most of its cells that are not empty."""
+    last = 0
+    for place in range(width):
+        filled = [row[place] for row in rows if row[place].strip()]
+        if 2 * sum(_is_number(cell, comma) for cell in filled) > len(filled):
+            last = place + 1
+    return last
+
+
+def _is_whole(cells: list[str], width: int, numbers: int, comma: bool) -> bool:
+    """Return whether the cells of a row stand in their columns.
+
+    numbers: up to this column rows hold numbers; behind it stands text, with any separators.
+    """
+    if len(cells) == width:
+        return True
+    there = all(_is_number(cell, comma) for cell in cells[:numbers] if cell.strip())
+    behind = any(_is_number(cell, comma) for cell in cells[numbers:])
+    return len(cells) >= numbers and there and not behind
 
 
 def _drop_blank_end(cells: list[str], least: int) -> list[str]:
