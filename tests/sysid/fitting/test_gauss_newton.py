@@ -218,14 +218,16 @@ def test_the_same_problem_gives_the_same_bits(problem: Problem, free: tuple[Free
     )
 
 
-@pytest.mark.parametrize("limit", ["RUNS_AT_ONCE", "DRIVES_AT_ONCE"])
+@pytest.mark.parametrize(
+    "limit", ["neighbours.RUNS_AT_ONCE", "neighbours.DRIVES_AT_ONCE", "linearised.ERRORS_AT_ONCE"]
+)
 def test_a_recording_taken_in_pieces_gives_the_same_equations(
     problem: Problem, free: tuple[Free, ...], monkeypatch: pytest.MonkeyPatch, limit: str
 ) -> None:
     theta, starts = make_theta(TRUTH), problem.windows.start_states
     late = make_theta(replace(TRUTH, effects={"input_delay": {"delay_s": 0.02}}))[None]
     whole = linearise(problem, theta, starts, free, np.ones(2), late)
-    monkeypatch.setattr(f"pendulum_sysid.fitting.neighbours.{limit}", 1)
+    monkeypatch.setattr(f"pendulum_sysid.fitting.{limit}", 1)
     pieces = linearise(problem, theta, starts, free, np.ones(2), late)
     for name in ("normal", "scores", "start_normal", "start_gradient", "cross"):
         expected = getattr(whole, name)
@@ -242,7 +244,7 @@ def test_summed_equations_are_the_sum_over_the_windows(
     kept = np.arange(len(starts)) % 3 > 0
     pairs = [(parts.sum_windows(kept), parts.normals[kept], parts.scores[kept])]
     for limit in (1_000_000, 1):
-        monkeypatch.setattr("pendulum_sysid.fitting.neighbours.RUNS_AT_ONCE", limit)
+        monkeypatch.setattr("pendulum_sysid.fitting.linearised.ERRORS_AT_ONCE", limit)
         summed = linearise(problem, theta, starts, free, np.ones(2), summed=True)
         pairs.append((summed, parts.normals, parts.scores))
         assert np.allclose(summed.cross, parts.cross, rtol=1e-6)

@@ -13,12 +13,13 @@ from functools import cached_property
 
 import numpy as np
 
-from pendulum_sysid.fitting.neighbours import NeighbourErrors, list_pieces, run_neighbours
+from pendulum_sysid.fitting.neighbours import NeighbourErrors, run_neighbours
 from pendulum_sysid.fitting.parameters import Free
 from pendulum_sysid.fitting.problem import Problem, list_varied
 from pendulum_twin.arrays import Floats, Mask
 
 FAR = 1e6  # deviations: as wrong as a run may count that has left all bounds
+ERRORS_AT_ONCE = 125_000  # numbers of errors multiplied at one time: a processor's own cache
 
 
 @dataclass(frozen=True)
@@ -124,7 +125,7 @@ def assemble(
         columns = [each.columns[:, part] for each in errors]
         return np.concatenate([first.off[:1, part], *columns, first.off[-len(varied) :, part]])
 
-    pieces = list_pieces(problem, count, start_states)
+    pieces = _list_pieces(first.off[0], count)
     systems = [
         _assemble_part(problem, list_errors(part), scale, start_states, part, summed)
         for part in pieces
@@ -144,6 +145,12 @@ def assemble(
         beliefs=np.concatenate([each.beliefs for each in errors]),
         pulls=np.concatenate([each.pulls for each in errors]),
     )
+
+
+def _list_pieces(off: Floats, vectors: int) -> list[slice]:
+    """Return the windows in pieces; off: (windows, samples, channels) errors of one vector."""
+    size = max(ERRORS_AT_ONCE * len(off) // (vectors * off.size), 1)
+    return [slice(a, min(a + size, len(off))) for a in range(0, len(off), size)]
 
 
 def _assemble_part(

@@ -87,14 +87,6 @@ def list_neighbours(theta: Floats, free: tuple[Free, ...]) -> tuple[Floats, Floa
     return sets, scale
 
 
-def list_pieces(problem: Problem, vectors: int, start_states: Floats) -> list[slice]:
-    """Return the windows in pieces of which so many vectors are held at one time."""
-    count = len(start_states)
-    numbers = vectors * problem.windows.samples * start_states.shape[1]
-    size = max(RUNS_AT_ONCE // numbers, 1)
-    return [slice(a, min(a + size, count)) for a in range(0, count, size)]
-
-
 def _list_acting(windows: Windows, parameter: Free) -> Mask:
     """Return in which windows a parameter may act, (windows,)."""
     if parameter.acts is None:
