@@ -230,9 +230,6 @@ def take_step(
 ) -> tuple[Floats, Floats]:
     """Return theta and start states after one damped step, parameters within their bounds.
 
-    Start states are damped as well: while they took their whole step, no damping led downhill from
-    where they overshoot, and a fit ended there.
-
     penalty: (parameters, parameters) that pulls the parameters, in their sizes, to 0; or None.
     """
     whole_normal, gradient = system.normal, system.gradient
@@ -266,8 +263,7 @@ def take_step(
     for parameter, value, change in zip(free, values, step * sizes, strict=True):
         parameter.put(new_theta, float(np.clip(value + change, parameter.low, parameter.high)))
     remainder = system.start_gradient - system.cross @ step
-    damped = system.start_normal * (1.0 + damping * np.eye(len(system.varied)))
-    moves = np.linalg.solve(damped, remainder[..., None])[..., 0]
+    moves = np.linalg.solve(system.start_normal, remainder[..., None])[..., 0]
     new_start_states = start_states.copy()
     new_start_states[:, system.varied] += moves * system.start_sizes
     return keep_definite(new_theta), new_start_states

@@ -19,7 +19,7 @@ from pendulum_sysid.fitting.problem import Problem, list_varied
 from pendulum_twin.arrays import Floats, Mask
 
 FAR = 1e6  # deviations: as wrong as a run may count that has left all bounds
-ERRORS_AT_ONCE = 125_000  # numbers of errors multiplied at one time: a processor's own cache
+ERRORS_AT_ONCE = 250_000  # numbers of errors multiplied at one time: a processor's own cache
 
 
 @dataclass(frozen=True)
