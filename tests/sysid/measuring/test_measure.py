@@ -349,10 +349,17 @@ def test_a_formula_of_which_nothing_fixes_a_parameter_is_none():
 
 WANDERING = 0.15 * np.random.default_rng(5).standard_normal(31)
 RECOVERING = -0.3 * np.exp(-CLOCK / 8.0)
+SWINGING = 0.2 * np.sin(2 * np.pi * CLOCK / 6.0)
 
 
 @pytest.mark.parametrize(
-    ("gain", "shape"), [(RECOVERING, "exponential"), (WANDERING, None)], ids=["back", "wanders"]
+    ("gain", "shape"),
+    [
+        (RECOVERING, "exponential"),
+        (RECOVERING + SWINGING, "exponential and wave"),
+        (WANDERING, None),
+    ],
+    ids=["back", "back_and_swings", "wanders"],
 )
 def test_a_curve_over_time_needs_a_formula_to_be_of_the_rig(gain, shape):
     """A drive that recovers may do so again; the wandering of a minute is not that of the next."""

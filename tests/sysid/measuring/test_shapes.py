@@ -3,7 +3,13 @@
 import numpy as np
 import pytest
 
-from pendulum_sysid.measuring.shapes import SHAPES, TURN_SHAPES, rank_shapes
+from pendulum_sysid.measuring.shapes import (
+    GAIN_TIME_SHAPES,
+    SETTLING_WAVE,
+    SHAPES,
+    TURN_SHAPES,
+    rank_shapes,
+)
 
 X = np.linspace(-0.4, 0.4, 20)
 CLOCK = np.linspace(0.0, 60.0, 61)
@@ -18,6 +24,11 @@ CASES = {
     "wave, many": (CLOCK, 0.3 * np.sin(0.27 * 2 * np.pi * CLOCK + 1.0), {"period": 1 / 0.27}),
     "saturation": (X, 0.7 * np.tanh(X / 0.1), {"width": 0.1, "factor": 0.7}),
     "exponential": (X + 0.4, 1.0 - np.exp(-(X + 0.4) / 0.2), {"length": 0.2, "factor": -1.0}),
+    "exponential and wave": (
+        CLOCK,
+        0.03 * np.exp(-CLOCK / 11.0) + 0.02 * np.cos(2 * np.pi * CLOCK / 5.3),
+        {"factor": 0.03, "cosine": 0.02, "length": 11.0, "period": 5.3},
+    ),
     "wave of a turn, 3 times": (TURN, 0.01 * np.sin(3 * TURN + 1.0), {"sine": 0.01 * np.cos(1.0)}),
 }
 
@@ -27,7 +38,7 @@ def test_a_shape_is_told_from_the_others(name):
     x, y, sizes = CASES[name]
     deviation = 0.01 * np.ptp(y)
     noisy = y + deviation * np.random.default_rng(1).normal(size=len(x))
-    shapes = TURN_SHAPES if "turn" in name else SHAPES
+    shapes = TURN_SHAPES if x is TURN else GAIN_TIME_SHAPES if x is CLOCK else SHAPES
     best = rank_shapes(shapes, x, noisy, deviation**2 * np.eye(len(x)))[0]
     assert best.shape.name == name.removesuffix(", many")
     found = dict(zip(best.names, zip(best.values, best.deviations, strict=True), strict=True))
@@ -37,7 +48,9 @@ def test_a_shape_is_told_from_the_others(name):
         assert doubt < 0.2 * abs(size)
 
 
-@pytest.mark.parametrize("shape", (*SHAPES, *TURN_SHAPES), ids=lambda shape: shape.name)
+@pytest.mark.parametrize(
+    "shape", (*SHAPES, SETTLING_WAVE, *TURN_SHAPES), ids=lambda shape: shape.name
+)
 def test_a_shape_is_finite_whatever_its_parameters(shape):
     x = np.linspace(-0.4, 0.4, 21)  # 0 is among the places, and 0 / 0 no number
     for more in (0.0, 1e-300, -1.0, 1e300):

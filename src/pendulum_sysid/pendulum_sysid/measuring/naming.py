@@ -12,6 +12,7 @@ from pendulum_sysid.measuring.curve import Curve
 from pendulum_sysid.measuring.formula_fit import fit_formula
 from pendulum_sysid.measuring.penalised_fit import LawFit
 from pendulum_sysid.measuring.shapes import (
+    GAIN_TIME_SHAPES,
     SHAPES,
     SPEED_SHAPES,
     TIME_SHAPES,
@@ -111,14 +112,15 @@ def select_shapes(kind: LawKind) -> tuple[Shape, ...]:
     if kind.is_periodic:
         return TURN_SHAPES
     if kind.variable is Variable.TIME:
-        return TIME_SHAPES
+        return GAIN_TIME_SHAPES if kind.role is Role.GAIN else TIME_SHAPES
     return SHAPES if kind.variable is Variable.POSITION else SPEED_SHAPES
 
 
 def _is_certain(shape: FittedShape) -> bool:
     """Return whether the interval of a factor leaves out 0; of the offset only where it is all.
 
-    Of an edge the two sides have to differ. Something has to fix every parameter.
+    Of an edge the two sides have to differ, and of a sum each part has to be sure. Something has
+    to fix every parameter.
     """
     factors = shape.shape.factors
     if not np.all(np.isfinite(shape.deviations)):
@@ -127,6 +129,9 @@ def _is_certain(shape: FittedShape) -> bool:
         apart = abs(float(shape.values[1] - shape.values[0]))
         return apart > decisions.INTERVAL_DEVIATIONS * float(np.hypot(*shape.deviations[:2]))
     sure = np.abs(shape.values) > decisions.INTERVAL_DEVIATIONS * shape.deviations
+    if shape.shape.parts:
+        by_name = dict(zip(shape.names, sure, strict=True))
+        return all(any(by_name[name] for name in part) for part in shape.shape.parts)
     first = 0 if len(factors) == 1 else 1
     return bool(np.any(sure[first : len(factors)]))
 

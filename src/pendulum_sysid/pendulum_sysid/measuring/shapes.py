@@ -17,6 +17,7 @@ from scipy.optimize import least_squares
 from pendulum_twin.arrays import Floats
 
 SHARPEST = 1e-12  # width of an edge
+FASTEST = 0.02  # of the range; length of a settling
 LARGEST = 1e6  # of a column; an exponential beyond it is no curve between knots
 
 # From places (n,) and the parameters that say where or how, to columns (n, k).
@@ -35,6 +36,7 @@ class Shape:
     starts: of each of these; made from the lowest place, the range and the number of places.
     words: what the curve does, for a person, with the parameters in braces.
     edge: True for a curve that goes from a constant to another at `place`, within some `width`.
+    parts: factors of the parts of a sum; each part has to be there. Empty for a single part.
     """
 
     name: str
@@ -45,6 +47,7 @@ class Shape:
     starts: Callable[[float, float, int], tuple[tuple[float, ...], ...]] = lambda *_: ()
     words: str = ""
     edge: bool = False
+    parts: tuple[tuple[str, ...], ...] = ()
 
     def draw_columns(self, x: Floats, more: Sequence[float] | Floats) -> Floats:
         """Return the columns (n, factors) at places (n,); bounded for all parameters."""
@@ -65,6 +68,11 @@ def _draw_sides(widths: Floats) -> Floats:
     """Return the columns of what holds before an edge and behind it, so many widths from it."""
     behind = 1.0 / (1.0 + np.exp(-np.clip(widths, -60, 60)))
     return _stack(1.0 - behind, behind)
+
+
+def _settle(x: Floats, length: float) -> Floats:
+    """Return what is left of 1 after places (n,); faster would be an event of the beginning."""
+    return np.exp(-(x - x.min()) / max(abs(length), FASTEST * float(np.ptp(x))))
 
 
 def _grid_centres(low: float, span: float) -> tuple[float, ...]:
@@ -187,8 +195,28 @@ def _make_turn_shape(harmonic: int) -> Shape:
 
 
 TURN_SHAPES: tuple[Shape, ...] = (SHAPES[0], *(_make_turn_shape(k) for k in (1, 2, 3, 4)))
+SETTLING_WAVE = Shape(
+    "exponential and wave",
+    "{offset} + {factor} exp(-(x - x0) / {length}) "
+    "+ {sine} sin(2 pi x / {period}) + {cosine} cos(2 pi x / {period})",
+    lambda x, length, period: _stack(
+        _ones(x),
+        _settle(x, length),
+        np.sin(2 * np.pi * x / period),
+        np.cos(2 * np.pi * x / period),
+    ),
+    ("offset", "factor", "sine", "cosine"),
+    ("length", "period"),
+    lambda low, span, count: (tuple(span * np.array([0.1, 0.3])), _grid_periods(span, count)),
+    words="tends to {offset}, {factor} away at first, over {length}, and repeats every {period} "
+    "({sine} of the sine, {cosine} of the cosine) beside that",
+    parts=(("factor",), ("sine", "cosine")),
+)
 # An event at an instant happens in a recording; the rig does not repeat it in the next.
 TIME_SHAPES: tuple[Shape, ...] = tuple(s for s in SHAPES if s.name not in ("bump", "step"))
+# The gain of a drive has one law over time, and several causes: a battery recovers while the
+# supply swings.
+GAIN_TIME_SHAPES: tuple[Shape, ...] = (*TIME_SHAPES, SETTLING_WAVE)
 # Teeth and ripples come again along the rail and in time, and nothing does along a velocity.
 SPEED_SHAPES: tuple[Shape, ...] = tuple(s for s in SHAPES if s.name != "wave")
 

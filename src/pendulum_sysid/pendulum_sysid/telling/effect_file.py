@@ -24,6 +24,9 @@ EXPRESSIONS: dict[str, str] = {
     "saturation": "factor * (1.0 - 2.0 / (exp(2.0 * at / width) + 1.0))",
     "wave": "sine * sin_cos(6.283185307179586 * at / period)[0] "
     "+ cosine * sin_cos(6.283185307179586 * at / period)[1]",
+    "exponential and wave": "factor * exp(-(at - x0) / length) "
+    "+ sine * sin_cos(6.283185307179586 * at / period)[0] "
+    "+ cosine * sin_cos(6.283185307179586 * at / period)[1]",
 }
 TURN = re.compile(r"wave of a turn(?:, (\d) times)?")
 SIZES = ("offset", "slope", "factor", "before", "behind", "sine", "cosine")
