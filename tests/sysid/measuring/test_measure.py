@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from support.made_fits import make_errors, make_fit
-from support.made_recordings import INTECO, made, made_states, sweep
+from support.made_recordings import INTECO, PERIOD_S, made, made_states, sweep
 
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.judge import compute_lead
@@ -46,6 +46,7 @@ from pendulum_sysid.measuring.ranking import rank_curves
 from pendulum_sysid.measuring.shapes import SHAPES, FittedShape
 from pendulum_sysid.measuring.shared_parameters import list_shared_parameters
 from pendulum_sysid.prepare import prepare
+from pendulum_sysid.records import Recording
 from pendulum_twin.laws import BY_NAME
 from pendulum_twin.laws.kind import LIMITS, Role
 from pendulum_twin.laws.law import Law, evaluate_law, spread_turn
@@ -721,3 +722,16 @@ def test_whole_windows_are_run_with_what_short_windows_fitted():
     assert len(whole.window_squares) == len(split.learn.begin)
     np.testing.assert_array_equal(whole.theta, begun.fit.theta)
     assert compute_power(whole.window_squares, whole.counts)[1] > begun.fit.power[1]
+
+
+def test_a_recording_with_a_single_short_push_is_asked_for_no_law_of_the_command():
+    """Two samples in a thousand visit a single command, over which no curve has knots."""
+    command = np.zeros(3000)
+    command[100:104] = 0.45
+    states = made_states(RIG, command)
+    clock = np.arange(len(command)) * PERIOD_S
+    rng = np.random.default_rng(0)
+    cart, pole = (states[:, k] + rng.normal(0.0, 1e-4, len(command)) for k in (0, 1))
+    prepared = prepare([Recording.from_arrays(clock, command, cart, pole)], RIG)
+    curves = list_curves(prepared.case, make_theta(RIG), ())
+    assert curves and all(np.all(np.diff(curve.knots) > 0) for curve in curves)

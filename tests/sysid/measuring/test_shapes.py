@@ -61,3 +61,13 @@ def test_a_sharp_edge_is_fitted_by_finite_numbers():
     x = np.linspace(-0.4, 0.4, 21)
     for fitted in rank_shapes(SHAPES, x, np.sign(x), 1e-6 * np.eye(21)):
         assert np.isfinite([*fitted.values, *fitted.curve, fitted.misfit]).all(), fitted.shape.name
+
+
+def test_half_a_wave_is_no_wave():
+    """A hump that was seen in part may be anything, and says nothing of the next recording."""
+    hump = np.sin(np.pi * CLOCK / 75.0)
+    shapes = rank_shapes(GAIN_TIME_SHAPES, CLOCK, hump, 1e-4 * np.eye(len(CLOCK)))
+    waves = [fitted for fitted in shapes if "period" in fitted.names]
+    assert len(waves) == 2
+    for wave in waves:
+        assert wave.misfit > 100.0 or not wave.values[-1] > 60.0

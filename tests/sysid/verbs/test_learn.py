@@ -65,6 +65,26 @@ for name in ("learned_cube", "learned_one_way"):
 """
 
 
+@pytest.mark.parametrize(
+    ("name", "at", "value"),
+    [
+        ("cart_dry_friction_along_rail", (0.1, 0.2), 1.5 - 2.0 * 0.2),
+        ("cart_force_by_position", (0.2, 0.0, 0.0, 0.0), 1.5 - 2.0 * 0.2),
+        ("cart_drag_along_rail", (0.2, 0.5, 0.0, 0.0), 2.0 * 0.2 * 0.5),
+    ],
+)
+def test_a_learned_effect_acts_as_its_formula(name, at, value):
+    """A drag leaves its mean to the viscous friction of the rig, and has no offset."""
+    sizes = {"offset": 1.5, "slope": -2.0}
+    parameters = {key: EffectParameter(size, size, size, "1") for key, size in sizes.items()}
+    line = {**vars(CUBE), "law": name, "shape": "line", "parameters": parameters}
+    scope: dict = {}
+    exec(write_effect(MeasuredLaw(**line), "learned"), scope)
+    effect = scope["EFFECT"]
+    own = [sizes[parameter.name] for parameter in effect.parameters]
+    assert effect.law(*at, *own) == pytest.approx(value)
+
+
 def test_a_learned_command_has_an_inverse():
     scope: dict = {}
     exec(write_effect(WAVE, "learned"), scope)

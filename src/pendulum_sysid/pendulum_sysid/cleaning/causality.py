@@ -66,7 +66,8 @@ def measure_lead(signals: Signals, state: SmoothState) -> Lead | None:
     commanded = np.convolve(signals.command, np.full(size, 1.0 / size))[size - 1 :]
     commands = np.column_stack([commanded[rows - place * size] for place in places])
     columns = np.column_stack([commands, list_other_forces(signals, state, size)[rows]])
-    scale = np.sqrt(np.mean(columns**2, axis=0)) + np.finfo(float).tiny
+    acts = np.any(columns, axis=0)  # a single push is in no row at most of the places
+    scale = np.where(acts, np.sqrt(np.mean(columns**2, axis=0)) + np.finfo(float).tiny, np.inf)
     columns, target = (
         columns / scale,
         differentiate_twice(signals.cart, signals.period_s, size)[rows],

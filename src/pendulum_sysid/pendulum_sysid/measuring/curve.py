@@ -204,7 +204,19 @@ def _is_visited(kind: LawKind, seen: Floats, turn: float) -> bool:
         return bool(decisions.LAW_LEAST_WAY * np.quantile(seen, 0.999) > LEAST_WAY)
     if kind.variable is Variable.SHAFT:
         return bool(0.0 < turn <= np.ptp(seen))
-    return bool(np.ptp(seen) > 0)
+    low, high = _find_ends(kind, seen)
+    return bool(low < high)
+
+
+def _find_ends(kind: LawKind, seen: Floats) -> tuple[float, float]:
+    """Return the lowest and the highest place that a law of a kind is about, without outliers.
+
+    seen: (n,) places that were visited. A command that is on for two samples in a thousand visits
+        a single place.
+    """
+    outer = 0.0 if kind.variable is Variable.TIME else 0.001
+    low, high = np.quantile(seen, [outer, 1.0 - outer])
+    return float(low), float(high)
 
 
 def _is_possible(case: Case, kind: LawKind) -> bool:
@@ -270,21 +282,14 @@ def _make_curve(
     if kind.is_periodic:
         knots = spread_turn(count, turn)
     else:
-        ends = np.quantile(seen, [0.001, 0.999])
-        if kind.variable is Variable.TIME:
-            ends = np.array([seen.min(), seen.max()])
-        if kind.remembers:
-            ends[0] = decisions.LAW_LEAST_WAY * ends[1]
-        knots = spread_knots(kind, ends[0], ends[1], count)
+        first, last = _find_ends(kind, seen)
+        first = decisions.LAW_LEAST_WAY * last if kind.remembers else first
+        knots = spread_knots(kind, first, last, count)
     scale, per = SCALES[kind.role]
     size = 0.1 * case.scales[scale] / case.scales[per]
-    low = -LIMITS[kind.role]
-    if kind.role is Role.GAIN:
-        low = LEAST_GAIN
-    elif kind.remembers:
+    low = LEAST_GAIN if kind.role is Role.GAIN else -LIMITS[kind.role]
+    if kind.remembers or _is_all_dry(kind, effects):
         low = 0.0  # friction takes energy away
-    elif _is_all_dry(kind, effects):
-        low = 0.0
     others, parts = _list_others(kind, case, effects), _list_parts(kind, effects)
     return Curve(kind, knots, seen, size, low, others, parts)
 

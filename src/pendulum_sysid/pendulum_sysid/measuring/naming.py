@@ -120,7 +120,7 @@ def _is_certain(shape: FittedShape) -> bool:
     """Return whether the interval of a factor leaves out 0; of the offset only where it is all.
 
     Of an edge the two sides have to differ, and of a sum each part has to be sure. Something has
-    to fix every parameter.
+    to fix every parameter, and what repeats has a period that is surely not 0.
     """
     factors = shape.shape.factors
     if not np.all(np.isfinite(shape.deviations)):
@@ -129,8 +129,10 @@ def _is_certain(shape: FittedShape) -> bool:
         apart = abs(float(shape.values[1] - shape.values[0]))
         return apart > decisions.INTERVAL_DEVIATIONS * float(np.hypot(*shape.deviations[:2]))
     sure = np.abs(shape.values) > decisions.INTERVAL_DEVIATIONS * shape.deviations
+    by_name = dict(zip(shape.names, sure, strict=True))
+    if not by_name.get("period", True):
+        return False
     if shape.shape.parts:
-        by_name = dict(zip(shape.names, sure, strict=True))
         return all(any(by_name[name] for name in part) for part in shape.shape.parts)
     first = 0 if len(factors) == 1 else 1
     return bool(np.any(sure[first : len(factors)]))

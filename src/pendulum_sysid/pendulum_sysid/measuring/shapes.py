@@ -72,7 +72,7 @@ def _draw_sides(widths: Floats) -> Floats:
 
 def _settle(x: Floats, length: float) -> Floats:
     """Return what is left of 1 after places (n,); faster would be an event of the beginning."""
-    return np.exp(-(x - x.min()) / max(abs(length), FASTEST * float(np.ptp(x))))
+    return np.exp(-(x - x.min()) / max(length, FASTEST * float(np.ptp(x))))
 
 
 def _grid_centres(low: float, span: float) -> tuple[float, ...]:
@@ -81,7 +81,13 @@ def _grid_centres(low: float, span: float) -> tuple[float, ...]:
 
 def _grid_periods(span: float, count: int) -> tuple[float, ...]:
     """Return periods half a wave in the range apart, down to two and a half places a wave."""
-    return tuple(span / np.arange(0.5, max(count / 2.5, 1.0), 0.5))
+    return tuple(span / np.arange(1.0, max(count / 2.5, 1.5), 0.5))
+
+
+def _draw_wave(x: Floats, period: float) -> tuple[Floats, Floats]:
+    """Return sine and cosine; what does not come round within the range is no wave."""
+    turns = x / min(period, float(np.ptp(x)))
+    return np.sin(2 * np.pi * turns), np.cos(2 * np.pi * turns)
 
 
 SHAPES: tuple[Shape, ...] = (
@@ -171,9 +177,7 @@ SHAPES: tuple[Shape, ...] = (
     Shape(
         "wave",
         "{offset} + {sine} sin(2 pi x / {period}) + {cosine} cos(2 pi x / {period})",
-        lambda x, period: _stack(
-            _ones(x), np.sin(2 * np.pi * x / period), np.cos(2 * np.pi * x / period)
-        ),
+        lambda x, period: _stack(_ones(x), *_draw_wave(x, period)),
         ("offset", "sine", "cosine"),
         ("period",),
         lambda low, span, count: (_grid_periods(span, count),),
@@ -199,12 +203,7 @@ SETTLING_WAVE = Shape(
     "exponential and wave",
     "{offset} + {factor} exp(-(x - x0) / {length}) "
     "+ {sine} sin(2 pi x / {period}) + {cosine} cos(2 pi x / {period})",
-    lambda x, length, period: _stack(
-        _ones(x),
-        _settle(x, length),
-        np.sin(2 * np.pi * x / period),
-        np.cos(2 * np.pi * x / period),
-    ),
+    lambda x, length, period: _stack(_ones(x), _settle(x, length), *_draw_wave(x, period)),
     ("offset", "factor", "sine", "cosine"),
     ("length", "period"),
     lambda low, span, count: (tuple(span * np.array([0.1, 0.3])), _grid_periods(span, count)),

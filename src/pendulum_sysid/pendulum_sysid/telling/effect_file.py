@@ -28,6 +28,9 @@ EXPRESSIONS: dict[str, str] = {
     "+ sine * sin_cos(6.283185307179586 * at / period)[0] "
     "+ cosine * sin_cos(6.283185307179586 * at / period)[1]",
 }
+# A force, a torque and a dry friction keep the offset of their formula; where a constant of the rig
+# is the same (a gain, a drag, a command), the offset is 0 and the constant follows.
+KEEPS_OFFSET = (Role.FORCE, Role.TORQUE, Role.CART_DRY, Role.POLE_DRY)
 TURN = re.compile(r"wave of a turn(?:, (\d) times)?")
 SIZES = ("offset", "slope", "factor", "before", "behind", "sine", "cosine")
 NOT_ZERO = ("length", "width", "period")  # the law divides by them
@@ -73,7 +76,7 @@ def inverse(u, t, {names}):
 def write_effect(law: MeasuredLaw, name: str) -> str:
     """Return the source of an effect file; raise WrongUse for a law that no effect can hold."""
     kind = BY_NAME[law.law]
-    expression = _find_expression(law)
+    expression = _find_expression(law, kind)
     form, arguments, variable, result = _find_form(kind)
     sizes = [key for key in law.parameters if key in expression.split_names and key in SIZES]
     others = [key for key in law.parameters if key in expression.split_names and key not in SIZES]
@@ -112,7 +115,8 @@ class _Expression:
         self.split_names = set(re.findall(r"[a-z_]\w*", text))
 
 
-def _find_expression(law: MeasuredLaw) -> _Expression:
+def _find_expression(law: MeasuredLaw, kind: LawKind) -> _Expression:
+    """Return the formula of a law without what the constants of the rig stand for."""
     if not law.shape:
         raise WrongUse(
             f"{law.law}: expected a law with a formula, found a curve that no formula describes: "
@@ -121,8 +125,13 @@ def _find_expression(law: MeasuredLaw) -> _Expression:
     turn = TURN.fullmatch(law.shape)
     if turn:
         times = f"{float(turn[1] or 1)} * at"
-        return _Expression(f"sine * sin_cos({times})[0] + cosine * sin_cos({times})[1]")
-    return _Expression(EXPRESSIONS[law.shape])
+        text = f"sine * sin_cos({times})[0] + cosine * sin_cos({times})[1]"
+    else:
+        text = EXPRESSIONS[law.shape]
+    has_offset = kind.role in KEEPS_OFFSET and law.shape != "constant"
+    if has_offset and "offset" in law.parameters and law.parameters["offset"].value:
+        text = f"offset + {text}"
+    return _Expression(text)
 
 
 def _find_form(kind: LawKind) -> tuple[str, str, str, str]:
