@@ -28,8 +28,8 @@ EXPRESSIONS: dict[str, str] = {
     "+ sine * sin_cos(6.283185307179586 * at / period)[0] "
     "+ cosine * sin_cos(6.283185307179586 * at / period)[1]",
 }
-# A force, a torque and a dry friction keep the offset of their formula; where a constant of the rig
-# is the same (a gain, a drag, a command), the offset is 0 and the constant follows.
+# Roles that keep the offset of their formula. Where a constant of the rig is the same (a gain, a
+# drag, a command), the offset is 0 and the constant follows.
 KEEPS_OFFSET = (Role.FORCE, Role.TORQUE, Role.CART_DRY, Role.POLE_DRY)
 TURN = re.compile(r"wave of a turn(?:, (\d) times)?")
 SIZES = ("offset", "slope", "factor", "before", "behind", "sine", "cosine")
