@@ -290,9 +290,9 @@ def serve(node: DriverNode, stopped: StopRequest) -> None:
     With the setting autostart the node configures and activates itself first. The end of the
     parent counts only for a node with the setting end_with_parent.
     """
+    parent = Parent() if node.settings.end_with_parent else None  # first: a start takes seconds
     if node.settings.autostart:
         node.start()
-    parent = Parent() if node.settings.end_with_parent else None
     executor = SingleThreadedExecutor(context=node.context)
     executor.add_node(node)
     try:
