@@ -1,20 +1,25 @@
 """The driver as a lifecycle node: PWM is 0 outside `active`, whatever happens."""
 
 import itertools
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 pytest.importorskip("rclpy")
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
+from rclpy.parameter import Parameter
 from support.driven_rig import MODULE, RawRig, User, arguments_for
 from support.ros_graph import DEADLINE_S, Graph, until
 from support.running_emulator import TWIN
 
 from pendulum_bridge.driver.driver import LAST_WORDS, Driver
+from pendulum_bridge.nodes.driver_making import collect_rules
 from pendulum_bridge.nodes.driver_node import UNCONFIGURED, DriverNode
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_bridge.wire.protocol import Sample
+from pendulum_twin.model import load_twin, save_twin
 
 PATIENT = {"rig_timeout_s": 60.0, "command_timeout_s": 60.0}
 WARN = 1
@@ -128,6 +133,26 @@ def test_a_latched_stop_outlasts_every_transition(bench: Bench) -> None:
     ):
         assert bench.set(transition)
     bench.listen_while_commanding(0.2, "the latch", Reason.STOPPED.sentence)
+
+
+@pytest.mark.parametrize("later", ["gone", "of another rig"])
+def test_a_limit_changes_on_the_twin_that_was_configured(
+    ros: Graph, tmp_path: Path, later: str
+) -> None:
+    """Rail, signs and constants are those of the start, whatever becomes of the file."""
+    file = tmp_path / "twin.yaml"
+    twin = load_twin(TWIN)
+    save_twin(twin, file)
+    bench = Bench(ros, twin=str(file))
+    assert bench.set(Transition.TRANSITION_CONFIGURE)
+    expected = collect_rules(replace(bench.node.settings, pwm_limit=0.1), twin)
+    file.unlink()
+    if later == "of another rig":
+        longer = replace(twin.rig, rail_half_length_m=2.0)
+        save_twin(replace(twin, rig=longer, effects={"input_sign_inverted": {}}), file)
+    assert bench.node.set_parameters([Parameter("pwm_limit", value=0.1)])[0].successful
+    assert bench.node.driver._rules == expected
+    bench.rig.close()
 
 
 def test_what_cannot_be_configured_stays_unconfigured(ros: Graph) -> None:

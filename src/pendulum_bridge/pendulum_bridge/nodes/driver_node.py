@@ -37,7 +37,7 @@ from pendulum_bridge.safety.reasons import Level, Reason
 from pendulum_twin import topics
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Health
-from pendulum_twin.model import load_twin
+from pendulum_twin.model import Twin, load_twin
 from pendulum_twin.nodes.diagnostics import publish_health
 from pendulum_twin.nodes.guard import guard_method
 from pendulum_twin.nodes.qos import LATEST
@@ -79,7 +79,7 @@ class DriverNode(LifecycleNode):
             raise
         self.driver: Driver | None = None
         self.waiting = 0
-        self._rig_name = "rig"  # until a twin file is read
+        self._twin: Twin | None = None  # of the last configuring, whatever becomes of its file
         self._failure = ""  # why the last configuring failed
         self._latched = False  # the emergency stop, while there is no driver to hold it
         self._ended = Event()
@@ -98,7 +98,7 @@ class DriverNode(LifecycleNode):
             Trigger, topics.RESET, self.on_reset, callback_group=ReentrantCallbackGroup()
         )
         watch_settings(self, lambda: self.settings, self._change)
-        publish_health(self, lambda: self._rig_name, self.health)
+        publish_health(self, self._name_rig, self.health)
 
     def start(self) -> None:
         """Configure and activate; raise BadInputError with the reason when that fails."""
@@ -110,7 +110,7 @@ class DriverNode(LifecycleNode):
         try:
             twin = load_twin(self.settings.twin)
             self._outlet.show(twin.rig)
-            self._rig_name = twin.name
+            self._twin = twin
             self.driver = make_driver(self.settings, twin, self._outlet)
             rules = collect_rules(self.settings, twin)
         except BadInputError as error:
@@ -269,9 +269,12 @@ class DriverNode(LifecycleNode):
         health = self.driver.health()
         return replace(health, figures={"link": self.settings.wire, **health.figures})
 
+    def _name_rig(self) -> str:
+        return "rig" if self._twin is None else self._twin.name
+
     def _change(self, settings: DriverSettings) -> None:
-        rules = collect_rules(settings, load_twin(settings.twin))
-        if self.driver is not None:
+        if self.driver is not None and self._twin is not None:
+            rules = collect_rules(settings, self._twin)
             self.driver.change_rules(rules)
             self._outlet.publish_limit(rules.limits.magnitude)
             self.get_logger().info(describe_limits(rules, settings))
