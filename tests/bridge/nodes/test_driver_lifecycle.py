@@ -17,6 +17,7 @@ from support.running_emulator import TWIN
 from pendulum_bridge.driver.driver import LAST_WORDS, Driver
 from pendulum_bridge.nodes.driver_making import collect_rules
 from pendulum_bridge.nodes.driver_node import UNCONFIGURED, DriverNode
+from pendulum_bridge.safety.encoder_check import Encoders
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_bridge.wire.protocol import Sample
 from pendulum_twin.model import load_twin, save_twin
@@ -153,6 +154,31 @@ def test_a_limit_changes_on_the_twin_that_was_configured(
     assert bench.node.set_parameters([Parameter("pwm_limit", value=0.1)])[0].successful
     assert bench.node.driver._rules == expected
     bench.rig.close()
+
+
+def test_an_encoder_fault_that_lasts_needs_a_person_after_every_transition(bench: Bench) -> None:
+    assert bench.set(Transition.TRANSITION_CONFIGURE)
+    assert bench.set(Transition.TRANSITION_ACTIVATE)
+    bench.drive(0.2)
+    driver = bench.node.driver
+    with driver._lock:
+        driver._safety = replace(driver._safety, encoders=Encoders(Reason.ENCODER_JUMPED))
+    bench.listen_while_commanding(0.2, "the jump", Reason.ENCODER_JUMPED.sentence)
+    for transition in (
+        Transition.TRANSITION_DEACTIVATE,
+        Transition.TRANSITION_CLEANUP,
+        Transition.TRANSITION_CONFIGURE,
+        Transition.TRANSITION_ACTIVATE,
+    ):
+        assert bench.set(transition)
+    bench.listen_while_commanding(0.2, "the latch", Reason.STOPPED.sentence)
+    assert bench.user.stopped[-1]
+    until(
+        lambda: not bench.node.driver.stopped,
+        "a command of 0, and the stop to be cleared",
+        lambda: bench.step(0.0) or bench.user.call("clear_stop"),
+    )
+    bench.drive(0.2)
 
 
 def test_what_cannot_be_configured_stays_unconfigured(ros: Graph) -> None:

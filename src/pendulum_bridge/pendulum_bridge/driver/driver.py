@@ -17,12 +17,12 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from threading import Event, Lock
-from typing import Protocol
 
 from pendulum_bridge.driver.arrival_clock import MOST_LOST, ArrivalClock
 from pendulum_bridge.driver.health import Report, make_health, pick_worse
 from pendulum_bridge.driver.last_word import LastWord
 from pendulum_bridge.driver.latency import Latency
+from pendulum_bridge.driver.outlet import Outlet
 from pendulum_bridge.driver.waiting_samples import WaitingSamples
 from pendulum_bridge.safety import events
 from pendulum_bridge.safety.decide import decide
@@ -40,22 +40,6 @@ WAIT_S = 0.02
 DECISIONS_BETWEEN = 5
 LAST_WORDS = 5  # packets with PWM 0 at the end: any may be lost
 Listener = Callable[[Reason], None]
-
-
-class Outlet(Protocol):
-    """Take the driver's output."""
-
-    def publish_sample(self, state: RigState, stamp_ns: int) -> None:
-        """Take a sample and its sampling time (ns, system clock)."""
-
-    def publish_applied(self, pwm: float) -> None:
-        """Take the command that was sent (PWM fraction)."""
-
-    def publish_stopped(self, latched: bool) -> None:
-        """Take whether the emergency stop is latched, after a change."""
-
-    def report_failure(self, error: Exception) -> None:
-        """Take an error of the thread that serves the rig."""
 
 
 class Driver:
@@ -100,6 +84,11 @@ class Driver:
     def stopped(self) -> bool:
         """Whether the emergency stop is latched."""
         return self._safety.stop.latched
+
+    @property
+    def needs_person(self) -> bool:
+        """Whether nothing is sent until a person clears the stop: latched, or encoders at fault."""
+        return self.stopped or events.find_lasting_fault(self._safety) is not None
 
     @property
     def counts(self) -> Counts:

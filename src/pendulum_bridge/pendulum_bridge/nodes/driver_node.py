@@ -177,8 +177,9 @@ class DriverNode(LifecycleNode):
         if self._thread is not None:
             self._thread.join(THREAD_ENDS_S)
         if self.driver is not None:
-            self._latched = self.driver.stopped
+            latched = self.driver.needs_person
             self.driver.close()
+            self._latch(latched)
         self.driver = self._thread = None
 
     def destroy_node(self) -> None:
