@@ -36,7 +36,7 @@ class Peer:
     counts: Counts = field(default_factory=Counts)
     trouble: str = ""
     broken: str = ""
-    running: bool = True
+    fault: Reason | None = None
     replaced: int = 0
     closed: int = 0
     wellness: int = 0
@@ -319,17 +319,19 @@ def test_a_missing_connection_is_an_error(bench: Bench) -> None:
     assert bench.driver.health().sentence == "nobody listens"
 
 
-def test_while_nobody_would_speak_for_it_the_driver_sends_0(bench: Bench) -> None:
+@pytest.mark.parametrize("fault", [Reason.NO_LAST_WORD, Reason.LAST_WORD_SILENT])
+def test_while_nobody_would_speak_for_it_the_driver_sends_0(bench: Bench, fault: Reason) -> None:
     bench.driver.command(0.02)
     bench.turn()
     assert bench.peer.sent[-1] == 0.02
-    bench.peer.running = False
+    bench.driver.health()
+    bench.peer.fault = fault
     bench.driver.command(0.02)
     assert bench.peer.sent[-1] == 0.0
     bench.turn()
     assert bench.peer.sent[-1] == 0.0
-    assert bench.driver.health().sentence == Reason.NO_LAST_WORD.sentence
-    bench.peer.running = True  # another companion is ready
+    assert bench.driver.health().sentence == fault.sentence
+    bench.peer.fault = None  # another companion is ready
     bench.driver.command(0.02)
     bench.turn()
     assert bench.peer.sent[-1] == 0.02

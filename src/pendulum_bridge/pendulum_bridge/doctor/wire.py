@@ -107,7 +107,7 @@ class PortWire:
         if command.pwm and self._last_word is not None and not self._last_word.running:
             raise BadInputError(
                 "expected a process that sends PWM 0 when the doctor is killed, found that it has "
-                "ended: examine the rig again"
+                "ended or does not answer: examine the rig again"
             )
         self._port.send(command.pack())
 

@@ -87,7 +87,7 @@ class Driver:
 
     @property
     def needs_person(self) -> bool:
-        """Whether nothing is sent until a person clears the stop: latched, or encoders at fault."""
+        """Whether PWM is 0 until a person clears the stop: it is latched, or encoders failed."""
         return self.stopped or events.find_lasting_fault(self._safety) is not None
 
     @property
@@ -293,7 +293,7 @@ class Driver:
             return
         now_s = self._now()
         self._standstill_s = max(self._standstill_s, now_s - self._decided_s)
-        safety = events.note_last_word(self._safety, self._last_word.running)
+        safety = events.note_last_word(self._safety, self._last_word.fault)
         decision = decide(None, sample, now_s, safety, self._rules, ago_s, skipped)
         ended = decision.reset_ended
         if self._now() - now_s > events.STANDSTILL_S:  # the process was stopped (SIGSTOP)

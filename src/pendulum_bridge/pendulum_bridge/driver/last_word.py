@@ -2,8 +2,8 @@
 
 A process that is killed (SIGKILL) or stopped (SIGSTOP) executes nothing, so another process has to
 speak for it. The companion (`last_word_program.py`) shares the driver's own socket, so the rig
-takes its packet for the driver's. A companion that was itself killed or stopped is replaced; until
-the new one is ready nobody could speak, and the driver sends PWM 0 alone.
+takes its packet for the driver's. A companion that was itself killed or stopped is replaced. While
+it does not answer, and until the new one is ready, nobody could speak: the driver sends PWM 0.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from typing import Protocol, Self
 from pendulum_bridge.driver import companion
 from pendulum_bridge.driver.companion import READY_S, Companion
 from pendulum_bridge.driver.last_word_program import SOCKET
+from pendulum_bridge.safety.reasons import Reason
 from pendulum_twin.errors import BadInputError
 
 RETRY_S = 1.0  # from one attempt to replace a companion to the next
@@ -95,6 +96,13 @@ class LastWord:
         return self._companion.ready
 
     @property
+    def fault(self) -> Reason | None:
+        """Why no companion would speak now; None while one would."""
+        if self.running:
+            return None
+        return Reason.LAST_WORD_SILENT if self._companion.silent else Reason.NO_LAST_WORD
+
+    @property
     def pid(self) -> int:
         """The companion's process number."""
         return self._companion.process.pid
@@ -102,7 +110,7 @@ class LastWord:
     def alive(self) -> None:
         """Report that this process works, at least every 30 ms. Never blocks, never raises.
 
-        A companion that has ended, or does not answer, is replaced.
+        A companion that has ended, or does not answer for long, is replaced.
         """
         # the companion has ended, or is full of beats, or the link has just lost its socket
         with contextlib.suppress(OSError, ValueError):

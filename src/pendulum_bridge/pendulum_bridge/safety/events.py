@@ -76,9 +76,9 @@ def hear_writer(number: int, now_s: float, safety: Safety) -> Safety:
     return replace(safety, writers=two_writers.hear_writer(number, now_s, safety.writers))
 
 
-def note_last_word(safety: Safety, runs: bool) -> Safety:
-    """Return the state with whether somebody sends PWM 0 when the driver no longer can."""
-    return safety if safety.last_word == runs else replace(safety, last_word=runs)
+def note_last_word(safety: Safety, fault: Reason | None) -> Safety:
+    """Return the state with why nobody could send PWM 0 for the driver; None: somebody could."""
+    return safety if safety.last_word is fault else replace(safety, last_word=fault)
 
 
 def press_stop(safety: Safety) -> tuple[Safety, Reason | None]:

@@ -53,6 +53,11 @@ class Reason(Enum):
         "The process that sends PWM 0 when the driver is killed has ended: PWM is 0 until another "
         "one is ready.",
     )
+    LAST_WORD_SILENT = (
+        Level.WARN,
+        "The process that sends PWM 0 when the driver is killed does not answer: PWM is 0 until "
+        "it answers, or another one is ready.",
+    )
 
     FAILED = (
         Level.ERROR,

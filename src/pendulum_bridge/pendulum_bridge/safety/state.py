@@ -10,6 +10,7 @@ from pendulum_bridge.safety.cart_direction import CartDirection
 from pendulum_bridge.safety.encoder_check import EncoderCheck, Encoders
 from pendulum_bridge.safety.limits import Limits
 from pendulum_bridge.safety.rail_guard import RailGuard, make_rail_guard
+from pendulum_bridge.safety.reasons import Reason
 from pendulum_bridge.safety.reset import Reset, SwingDown, make_swing_down
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_bridge.safety.two_writers import Writers
@@ -74,7 +75,7 @@ class Safety:
     in_vain_s: s; how long the rail guard has pushed without effect.
     writers: who has sent commands lately.
     resumed_s: s, monotonic; when the last standstill of the driver ended.
-    last_word: whether somebody sends PWM 0 when the driver no longer can.
+    last_word: why nobody sends PWM 0 when the driver no longer can; None while somebody does.
     counts: what was refused.
     active: whether commands and resets are accepted.
     """
@@ -91,7 +92,7 @@ class Safety:
     in_vain_s: float = 0.0
     writers: Writers = Writers()  # noqa: RUF009 (frozen)
     resumed_s: float = -math.inf
-    last_word: bool = True
+    last_word: Reason | None = None
     counts: Counts = Counts()
     active: bool = True
 
