@@ -39,6 +39,7 @@ class Peer:
     fault: Reason | None = None
     replaced: int = 0
     closed: int = 0
+    left_pwm: float = 0.0
     wellness: int = 0
 
     def send(self, command: Command) -> None:
@@ -61,8 +62,9 @@ class Peer:
     def alive(self) -> None:
         self.wellness += 1
 
-    def close(self) -> None:
+    def close(self, left_pwm: float = 0.0) -> None:
         self.closed += 1
+        self.left_pwm = left_pwm or self.left_pwm
 
     def publish_sample(self, state: RigState, stamp_ns: int) -> None:
         self.said.append(("sample", state))
@@ -354,6 +356,22 @@ def test_closing_says_0_often_and_then_nothing_more(bench: Bench) -> None:
         len(bench.peer.sent) == count and bench.peer.closed == 2
     )  # link and last word, once each
     assert endings[1:] == [Reason.RESET_ENDED]
+
+
+@pytest.mark.parametrize("pwm", [0.0, 0.2])
+def test_a_driver_whose_last_words_do_not_go_out_says_so_and_leaves_its_companion(
+    bench: Bench, pwm: float
+) -> None:
+    bench.driver.command(pwm)
+    bench.peer.broken = "cannot send to 10.0.0.1:1: Network is unreachable"
+    bench.turn()
+    left = bench.driver.close()
+    assert bench.peer.left_pwm == pwm and bench.peer.closed == 2
+    assert left == (pwm > 0) * (
+        "expected to send PWM 0 to the rig at the end, found that it did not go out (cannot send "
+        "to 10.0.0.1:1: Network is unreachable): the rig may hold PWM 0.2: switch it off"
+    )
+    assert bench.driver.close() == ""
 
 
 def test_the_last_word_hears_that_all_is_well_also_while_the_rig_is_silent(bench: Bench) -> None:

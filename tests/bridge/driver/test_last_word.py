@@ -225,6 +225,36 @@ def test_a_goodbye_is_silent_and_leaves_no_process(alone: tuple[Rig, Link]) -> N
     assert rig.command(0.1) is None
 
 
+def test_left_with_a_command_at_the_rig_the_companion_speaks_and_ends(
+    alone: tuple[Rig, Link],
+) -> None:
+    rig, link = alone
+    with LastWord(link, ZERO, silence_s=60.0) as word:
+        pid = str(word.pid)
+        word.close(left_pwm=0.3)
+        link.close()  # the companion has a socket of its own
+        for _ in range(last_word_program.LAST_WORDS):
+            assert rig.command() == ZERO
+        wait_until(lambda: is_gone(pid))
+
+
+@pytest.mark.parametrize(("refused", "heard"), [(0, 5), (40, 5), (10**6, 0)])
+def test_packets_that_a_network_refuses_are_tried_again_for_a_while(
+    refused: int, heard: int
+) -> None:
+    class WayOut:
+        calls = 0
+
+        def speak(self) -> bool:
+            self.calls += 1
+            return self.calls > refused
+
+    way_out, begin = WayOut(), time.monotonic()
+    last_word_program.say_last_words(way_out, patience_s=LONG_S if heard else 0.3)
+    assert time.monotonic() - begin < LONG_S
+    assert max(way_out.calls - refused, 0) == heard and way_out.calls > 1
+
+
 def test_a_killed_companion_is_replaced(alone: tuple[Rig, Link]) -> None:
     rig, link = alone
     with LastWord(link, ZERO, silence_s=0.2) as word:

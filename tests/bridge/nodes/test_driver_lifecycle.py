@@ -19,7 +19,9 @@ from pendulum_bridge.nodes.driver_making import collect_rules
 from pendulum_bridge.nodes.driver_node import UNCONFIGURED, DriverNode
 from pendulum_bridge.safety.encoder_check import Encoders
 from pendulum_bridge.safety.reasons import Reason
-from pendulum_bridge.wire.protocol import Sample
+from pendulum_bridge.wire.link import Link
+from pendulum_bridge.wire.protocol import Command, Sample
+from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin, save_twin
 
 PATIENT = {"rig_timeout_s": 60.0, "command_timeout_s": 60.0}
@@ -179,6 +181,23 @@ def test_an_encoder_fault_that_lasts_needs_a_person_after_every_transition(bench
         lambda: bench.step(0.0) or bench.user.call("clear_stop"),
     )
     bench.drive(0.2)
+
+
+def test_a_release_whose_pwm_0_the_network_refuses_is_an_error(bench: Bench, monkeypatch) -> None:
+    assert bench.set(Transition.TRANSITION_CONFIGURE)
+    assert bench.set(Transition.TRANSITION_ACTIVATE)
+    bench.drive(0.2)
+
+    def refuse(link: Link, command: Command) -> None:
+        raise BadInputError("cannot send to the rig: Network is unreachable")
+
+    monkeypatch.setattr(Link, "send", refuse)
+    bench.node.finish()
+    assert "(cannot send to the rig: Network is unreachable)" in bench.node.left
+    assert bench.node.left.endswith("the rig may hold PWM 0.2: switch it off")
+    until(  # the companion is not refused
+        lambda: bench.heard[-LAST_WORDS:] == [0.0] * LAST_WORDS, "PWM 0", lambda: bench.step(0.2)
+    )
 
 
 def test_what_cannot_be_configured_stays_unconfigured(ros: Graph) -> None:

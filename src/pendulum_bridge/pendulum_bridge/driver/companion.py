@@ -102,6 +102,10 @@ class Companion:
         self.control.close()
         self.process.kill()
 
+    def leave(self) -> None:
+        """Let the companion send the packet until it goes out, some seconds at most, and end."""
+        self.control.close()
+
     def close(self) -> None:
         """End the companion without a packet to the rig; a second call does nothing."""
         with contextlib.suppress(OSError):

@@ -20,7 +20,7 @@ from threading import Event, Lock
 
 from pendulum_bridge.driver.arrival_clock import MOST_LOST, ArrivalClock
 from pendulum_bridge.driver.health import Report, make_health, pick_worse
-from pendulum_bridge.driver.last_word import LastWord
+from pendulum_bridge.driver.last_word import LastWord, describe_left_pwm
 from pendulum_bridge.driver.latency import Latency
 from pendulum_bridge.driver.outlet import Outlet
 from pendulum_bridge.driver.waiting_samples import WaitingSamples
@@ -72,7 +72,7 @@ class Driver:
         self._since_sample = 0  # decisions on commands since the last sample
         self._listeners: list[Listener] = []  # they wait for the end of a reset
         self._closed = False
-        self._fault = ""
+        self._fault, self._out_pwm = "", 0.0  # what went out last
         self._decided_s, self._standstill_s = self._now(), 0.0
         self._worst: Reason | None = Reason.NO_SAMPLE_YET
         self._reported = (self._now(), 0)
@@ -206,17 +206,21 @@ class Driver:
             self._send_zero()
             self._end_reset(ended)
 
-    def close(self) -> None:
-        """Send PWM 0 and release the rig; a second call does nothing."""
+    def close(self) -> str:
+        """Send PWM 0 and release the rig; a second call does nothing.
+
+        Returns that the rig may hold another command, because no PWM 0 went out; else empty.
+        """
         with self._lock:
             if self._closed:
-                return
+                return ""
             for _ in range(LAST_WORDS):
                 self._send_zero()
             self._closed = True
             self._end_reset(Reason.RESET_ENDED)
-            self._last_word.close()
+            self._last_word.close(self._out_pwm)
             self._link.close()
+            return describe_left_pwm(self._out_pwm, self._fault) if self._out_pwm else ""
 
     def health(self) -> Health:
         """Return the driver's health since the last call."""
@@ -316,6 +320,7 @@ class Driver:
             self._fault = str(error)
             self._unsent += 1
         else:
+            self._out_pwm = pwm
             self._outlet.publish_applied(pwm)
 
     def _note(self, reason: Reason | None) -> None:

@@ -24,6 +24,18 @@ from pendulum_twin.errors import BadInputError
 RETRY_S = 1.0  # from one attempt to replace a companion to the next
 
 
+def describe_left_pwm(pwm: float, fault: str) -> str:
+    """Return that the rig may hold a command at the end of a program, and what to do.
+
+    pwm: PWM fraction that went out last.
+    fault: why PWM 0 did not go out.
+    """
+    return (
+        f"expected to send PWM 0 to the rig at the end, found that it did not go out ({fault}): "
+        f"the rig may hold PWM {pwm:g}: switch it off"
+    )
+
+
 class SharedLink(Protocol):
     """Show the socket of a link that a companion shares; see `link.Link`."""
 
@@ -44,8 +56,9 @@ class LastWord:
 
     The companion sends the packet several times when this process ends without `close`, and
     repeatedly while `alive` has not been called for silence_s. It ends a moment after this
-    process. Signals to this process's group do not reach it; SIGINT and SIGTERM do not end it.
-    Close it before the link, or use it in a `with`. One thread calls `alive`.
+    process, or after some seconds in which the network refused its packets. Signals to this
+    process's group do not reach it; SIGINT and SIGTERM do not end it. Close it before the link, or
+    use it in a `with`. One thread calls `alive`.
 
     link: whose socket the companion shares.
     packet: the packet with PWM 0.
@@ -121,9 +134,18 @@ class LastWord:
                 self._hand_over()
             self._companion.beat()
 
-    def close(self) -> None:
-        """End the companion without a packet to the rig; a second call does nothing."""
+    def close(self, left_pwm: float = 0.0) -> None:
+        """End the companion; a second call does nothing.
+
+        left_pwm: PWM fraction that went out last. After 0 the companion ends without a packet to
+            the rig; otherwise it goes on alone until its packet goes out, some seconds at most.
+        """
+        if self._closed:
+            return
         self._closed = True
+        if left_pwm:
+            self._companion.leave()
+            return
         for each in (*self._ended, self._companion):
             each.close()
 

@@ -68,6 +68,7 @@ class DriverNode(LifecycleNode):
     settings: the parameters.
     driver: the driver without ROS; None while the node is unconfigured.
     waiting: number of callers that wait for the end of a reset.
+    left: that the rig may hold a command since `finish`, in a sentence; empty when it got PWM 0.
     """
 
     def __init__(self, **options: Any) -> None:
@@ -79,6 +80,7 @@ class DriverNode(LifecycleNode):
             raise
         self.driver: Driver | None = None
         self.waiting = 0
+        self.left = ""
         self._twin: Twin | None = None  # of the last configuring, whatever becomes of its file
         self._failure = ""  # why the last configuring failed
         self._latched = False  # the emergency stop, while there is no driver to hold it
@@ -178,7 +180,9 @@ class DriverNode(LifecycleNode):
             self._thread.join(THREAD_ENDS_S)
         if self.driver is not None:
             latched = self.driver.needs_person
-            self.driver.close()
+            if left := self.driver.close():
+                self.left = left
+                self.get_logger().error(left)
             self._latch(latched)
         self.driver = self._thread = None
 
@@ -288,8 +292,10 @@ def fill_answer(reason: Reason, response: Trigger.Response, success: bool) -> Tr
     return response
 
 
-def serve(node: DriverNode, stopped: StopRequest) -> None:
+def serve(node: DriverNode, stopped: StopRequest) -> str | None:
     """Serve the node until stopped is set, or its parent has ended; then answer waiting callers.
+
+    Returns that the rig may hold a command, because PWM 0 did not go out; None when it did.
 
     With the setting autostart the node configures and activates itself first. The end of the
     parent counts only for a node with the setting end_with_parent.
@@ -306,6 +312,7 @@ def serve(node: DriverNode, stopped: StopRequest) -> None:
         deadline_s = monotonic() + ANSWERED_S
         while node.waiting and monotonic() < deadline_s:
             executor.spin_once(timeout_sec=0.1 * LONGEST_WAIT_S)
+        return node.left or None
     finally:
         executor.shutdown()
 
