@@ -209,6 +209,26 @@ def test_an_old_sample_decides_when_none_is_newer(bench: Bench) -> None:
     assert bench.peer.sent[-1] < 0.1
 
 
+@pytest.mark.parametrize("age_s", [3600.0, -3600.0])
+def test_a_clock_that_is_set_makes_no_sample_old(bench: Bench, age_s: float) -> None:
+    """The rig samples as ever; the clock by which its samples are stamped jumps."""
+    endings: list[Reason] = []
+    bench.driver.command(0.02)
+    bench.turn()
+    assert bench.peer.sent[-1] == 0.02
+    bench.now_s += PERIOD_S
+    bench.arrive(age_s)
+    bench.driver.turn()
+    assert bench.peer.sent[-1] == 0.02
+    bench.driver.reset(endings.append)
+    bench.now_s += PERIOD_S
+    bench.arrive(age_s)
+    bench.driver.turn()
+    assert not endings
+    bench.turn(25)
+    assert endings == [Reason.RESET_DONE]
+
+
 def test_a_driver_that_stays_behind_drops_the_oldest_unpublished_samples(bench: Bench) -> None:
     for k in range(MOST_UNPUBLISHED + 3):
         bench.arrive(sample=Sample(math.pi, 0.0, 1e-6 * k, 0.0))

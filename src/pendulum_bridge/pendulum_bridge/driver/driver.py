@@ -74,6 +74,7 @@ class Driver:
         self._closed = False
         self._fault, self._out_pwm = "", 0.0  # what went out last
         self._decided_s, self._standstill_s = self._now(), 0.0
+        self._taken_s = self._now()  # when all samples were taken that had come
         self._worst: Reason | None = Reason.NO_SAMPLE_YET
         self._reported = (self._now(), 0)
         self._unsent = self._old = self._commands = self._resets = 0
@@ -113,7 +114,8 @@ class Driver:
 
     def turn(self) -> None:
         """Wait for a sample, publish it, and decide on the newest; without any when none comes."""
-        came = self._publish_next()
+        came, before_s = self._publish_next(), self._taken_s
+        self._taken_s = self._now()
         newer = self._link.take_waiting()
         self._waiting.add(newer)
         came += newer
@@ -121,7 +123,10 @@ class Driver:
             self._since_sample = 0
             self._old += max(len(came) - 1, 0)
             if came:
-                ago_s = max(1e-9 * (time.time_ns() - came[-1].arrival_ns), 0.0)
+                ago_s = 1e-9 * (time.time_ns() - came[-1].arrival_ns)
+                # the sample came since the turn before; otherwise the system's clock was set
+                most_s = self._now() - before_s
+                ago_s = ago_s if 0 <= ago_s <= most_s else most_s
                 self._decide(read_state(came[-1]), ago_s, skipped=len(came) - 1)
             else:
                 self._decide(None)
