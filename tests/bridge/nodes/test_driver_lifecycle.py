@@ -60,6 +60,11 @@ class Bench:
     def drive(self, pwm: float) -> None:
         until(lambda: self.heard and self.heard[-1] == pwm, f"PWM {pwm}", lambda: self.step(pwm))
 
+    def listen(self, steps: int) -> None:
+        """Send so many samples, and note what the rig hears."""
+        for _ in range(steps):
+            self.step()
+
     def listen_while_commanding(self, pwm: float, what: str, sentence: str) -> None:
         """Command until the driver says a sentence; nothing but 0 is heard meanwhile."""
         self.heard += [command.pwm for command in self.rig.heard()]
@@ -103,6 +108,23 @@ def test_the_rig_hears_commands_only_while_the_driver_is_active(bench: Bench) ->
     assert bench.set(Transition.TRANSITION_ACTIVE_SHUTDOWN) and bench.state == "finalized"
     bench.heard += [command.pwm for command in bench.rig.heard()]
     assert bench.heard[-LAST_WORDS:] == [0.0] * LAST_WORDS
+
+
+@pytest.mark.parametrize("timeout_s", [0.05, 60.0])
+def test_a_command_from_before_the_activation_is_not_taken(ros: Graph, timeout_s: float) -> None:
+    """It waits in the node's queue while nobody spins the node."""
+    bench = Bench(ros, command_timeout_s=timeout_s)
+    bench.user.until(bench.user.sender.get_subscription_count, "discovery")
+    bench.user.send(0.2)
+    bench.node.start()
+    bench.user.until(
+        lambda: bench.node.driver.counts.after_standstill == 1,
+        "the command",
+    )
+    bench.listen(20)
+    assert bench.heard and set(bench.heard) == {0.0}
+    bench.drive(0.1)
+    bench.rig.close()
 
 
 @pytest.mark.parametrize(

@@ -141,7 +141,9 @@ class Driver:
         with self._lock:
             self._commands += 1
             ago_s = 0.0 if sent_ns is None else 1e-9 * (time.time_ns() - sent_ns)
-            self._safety, refused = events.take_command(pwm, self._safety, self._now(), ago_s)
+            self._safety, refused = events.take_command(
+                pwm, self._safety, self._now(), ago_s, self._rules.timeouts.command_s
+            )
             self._note(refused)
             if self._since_sample < DECISIONS_BETWEEN:
                 self._since_sample += 1
@@ -174,7 +176,7 @@ class Driver:
     def activate(self) -> None:
         """Accept commands and resets from now on."""
         with self._lock:
-            self._safety = events.activate(self._safety)
+            self._safety = events.activate(self._safety, self._now())
 
     def deactivate(self) -> None:
         """Send PWM 0 before this returns, and nothing else until `activate`."""

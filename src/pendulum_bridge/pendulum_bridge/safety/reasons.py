@@ -33,8 +33,8 @@ class Reason(Enum):
 
     STOOD_STILL = (
         Level.WARN,
-        "A command may have waited while this computer stood still and was dropped; the next "
-        "command counts.",
+        "A command came late, or may have (this computer stood still, or the driver was not "
+        "active yet), and was dropped; the next command counts.",
     )
 
     INACTIVE = (

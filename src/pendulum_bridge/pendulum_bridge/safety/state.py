@@ -47,7 +47,7 @@ class Counts:
     samples: samples that were not finite.
     during_reset: commands during a reset.
     of_two_writers: commands while two writers sent at once.
-    after_standstill: commands that may have waited while the driver stood still.
+    after_standstill: commands that had waited, or may have while the driver stood still.
     while_inactive: commands while the driver was not active.
     """
 
@@ -74,10 +74,11 @@ class Safety:
     unused_s: s; time left over for slewing, see `limits.compute_left_s`.
     in_vain_s: s; how long the rail guard has pushed without effect.
     writers: who has sent commands lately.
-    resumed_s: s, monotonic; when the last standstill of the driver ended.
+    resumed_s: s, monotonic; when the last standstill of the driver ended, or it was activated.
     last_word: why nobody sends PWM 0 when the driver no longer can; None while somebody does.
     counts: what was refused.
     active: whether commands and resets are accepted.
+    command_ages_s: s; of the last commands, see `command_waits`.
     """
 
     ages: Ages
@@ -95,6 +96,7 @@ class Safety:
     last_word: Reason | None = None
     counts: Counts = Counts()
     active: bool = True
+    command_ages_s: tuple[float, ...] = ()
 
 
 def make_rules(
