@@ -110,8 +110,8 @@ def system_clock_jumps() -> Row:
             assert abs(stamp - arrival - jump_ns) < PERIOD_NS
         assert (clock.timing.begun, clock.timing.set_back) == (1, int(jump_ns < 0))
     right = (
-        "stamps follow from the next sample on (ArrivalClock alone); whatever decides PWM goes by "
-        "the monotonic clock"
+        "stamps follow from the next sample on (ArrivalClock alone); PWM is decided by the "
+        "monotonic clock, which also bounds how old a sample can be"
     )
     return Row("the system's clock is set by 1 h, both ways", None, right)
 

@@ -28,6 +28,7 @@ ON_BENCH: tuple[Callable[[Bench], Row], ...] = (
     programs.driver_stopped,
     programs.driver_killed,
     programs.companion_killed,
+    programs.companion_stopped,
     programs.stop,
     programs.stop_in_reset,
     packets.silence_in_reset,

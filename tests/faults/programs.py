@@ -13,7 +13,7 @@ from support.polling import until
 from support.ros_graph import DEADLINE_S, Graph
 from support.wire import Wire
 
-from pendulum_bridge.driver.companion import PROGRAM
+from pendulum_bridge.driver.companion import ANSWER_S, PROGRAM
 from pendulum_bridge.safety.reasons import Reason
 
 AT_ONCE_S = 0.1
@@ -87,6 +87,18 @@ def companion_killed(bench: Bench) -> Row:
     bench.recovers()
     right = "PWM 0 until a new one is ready; goes on; the new one speaks when the driver is killed"
     return Row("SIGKILL of the process that has the last word", zero_s, right, said)
+
+
+def companion_stopped(bench: Bench) -> Row:
+    """It would say nothing if the driver died now; nobody lets it go on."""
+    os.kill(find_companion(bench), signal.SIGSTOP)
+    begin = time.monotonic()
+    zero_s = bench.zero_after(begin, ANSWER_S + AT_ONCE_S, bench.drive)
+    said = bench.said(Reason.LAST_WORD_SILENT, step=bench.drive)
+    bench.recovers()
+    assert bench.counted("last_word_replaced", bench.drive) == 1
+    right = "PWM 0; after 5 s another one takes its place, and the driver goes on"
+    return Row("SIGSTOP of the process that has the last word", zero_s, right, said)
 
 
 def find_companion(bench: Bench) -> int:

@@ -1,5 +1,7 @@
 """Sampling times are even, whoever asks for them, and how late."""
 
+import math
+
 import pytest
 
 from pendulum_twin.sample_clock import SampleClock
@@ -48,3 +50,24 @@ def test_a_short_standstill_is_made_up_for() -> None:
     clock.take_due_times(0)
     assert clock.take_due_times(200 * MS) == [k * 10 * MS for k in range(1, 21)]
     assert clock.lost == 0
+
+
+@pytest.mark.parametrize("rate_hz", [0.5, 1.0, 2.0, 3.0, 3.9])
+def test_a_slow_clock_gives_even_times(rate_hz: float) -> None:
+    """A sample that is due is no backlog, however long the period is."""
+    clock, period_ms = SampleClock(1 / rate_hz), 1e3 / rate_hz
+    asked_ms = [
+        (k + late) * period_ms
+        for k in range(1, 20)
+        for late in (0.2 * math.sin(k), 0.3)  # who asks again gets nothing twice
+    ]
+    given_ms = [t / MS for now in (0.0, *asked_ms) for t in clock.take_due_times(round(now * MS))]
+    assert given_ms == pytest.approx([k * period_ms for k in range(20)], abs=1e-5)
+    assert clock.lost == 0
+
+
+def test_a_slow_clock_gives_up_what_it_missed_and_starts_anew_when_set_back() -> None:
+    clock = SampleClock(0.5)
+    clock.take_due_times(0)
+    assert clock.take_due_times(1100 * MS) == [1100 * MS] and clock.lost == 1
+    assert clock.take_due_times(500 * MS) == [500 * MS]

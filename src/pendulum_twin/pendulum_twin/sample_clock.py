@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import floor
+
 LONGEST_BACKLOG_S = 0.25  # of samples that are still made up for
 
 
@@ -25,8 +27,9 @@ class SampleClock:
         """Return the sampling times, ns, that are due at now_ns and were not given out yet."""
         if self._first_ns is None:
             self._first_ns = now_ns
-        behind = int((now_ns - self._first_ns) / self._period_ns + 0.5) + 1 - self._given
-        if abs(behind) * self._period_ns > LONGEST_BACKLOG_S * 1e9:
+        behind = floor((now_ns - self._first_ns) / self._period_ns + 0.5) + 1 - self._given
+        # the newest time that is due is not late; of a clock that was set back none is due
+        if max(behind - 1, -behind) * self._period_ns > LONGEST_BACKLOG_S * 1e9:
             self.lost += max(behind - 1, 0)
             self._first_ns, self._given, behind = now_ns, 0, 1
         times = [

@@ -4,6 +4,7 @@ import math
 from collections.abc import Generator
 from dataclasses import replace
 from itertools import pairwise
+from unittest.mock import MagicMock
 
 import pytest
 from support.doctor_bench import TWIN, Bench
@@ -20,9 +21,11 @@ from pendulum_bridge.doctor.pushes import (
     plan_pushes,
     plan_reset_watch,
 )
+from pendulum_bridge.doctor.wire import PortWire
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_bridge.safety.state import make_rules
 from pendulum_bridge.wire.protocol import Command, Sample
+from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
 
 RULES = make_rules(TWIN.rig)
@@ -191,3 +194,29 @@ def test_stop_says_it_more_than_once() -> None:
     bench = Bench()
     stop(bench)
     assert bench.sent == [Command(0.0)] * LAST_PACKETS and LAST_PACKETS > 1
+
+
+@pytest.mark.parametrize("refused", [1, LAST_PACKETS - 1, LAST_PACKETS])
+def test_stop_tries_every_packet(refused: int) -> None:
+    """A port that refuses for a while; closed without a PWM 0, the wire says so."""
+    out: list[bytes] = []
+    port = MagicMock(send=out.append)
+    wire = PortWire(port)
+    wire.send(Command(0.2))
+    answers = iter([BadInputError("Network is unreachable")] * refused + [None] * LAST_PACKETS)
+
+    def send(packet: bytes) -> None:
+        if answer := next(answers):
+            raise answer
+        out.append(packet)
+
+    port.send = send
+    if refused < LAST_PACKETS:
+        stop(wire)
+        wire.close()
+        assert out == [Command(0.2).pack()] + [Command(0.0).pack()] * (LAST_PACKETS - refused)
+        return
+    with pytest.raises(BadInputError, match="Network is unreachable"):
+        stop(wire)
+    with pytest.raises(BadInputError, match=r"the rig may hold PWM 0\.2: switch it off"):
+        wire.close()

@@ -36,9 +36,10 @@ class Peer:
     counts: Counts = field(default_factory=Counts)
     trouble: str = ""
     broken: str = ""
-    running: bool = True
+    fault: Reason | None = None
     replaced: int = 0
     closed: int = 0
+    left_pwm: float = 0.0
     wellness: int = 0
 
     def send(self, command: Command) -> None:
@@ -61,8 +62,9 @@ class Peer:
     def alive(self) -> None:
         self.wellness += 1
 
-    def close(self) -> None:
+    def close(self, left_pwm: float = 0.0) -> None:
         self.closed += 1
+        self.left_pwm = left_pwm or self.left_pwm
 
     def publish_sample(self, state: RigState, stamp_ns: int) -> None:
         self.said.append(("sample", state))
@@ -207,6 +209,26 @@ def test_an_old_sample_decides_when_none_is_newer(bench: Bench) -> None:
     assert bench.peer.sent[-1] < 0.1
 
 
+@pytest.mark.parametrize("age_s", [3600.0, -3600.0])
+def test_a_clock_that_is_set_makes_no_sample_old(bench: Bench, age_s: float) -> None:
+    """The rig samples as ever; the clock by which its samples are stamped jumps."""
+    endings: list[Reason] = []
+    bench.driver.command(0.02)
+    bench.turn()
+    assert bench.peer.sent[-1] == 0.02
+    bench.now_s += PERIOD_S
+    bench.arrive(age_s)
+    bench.driver.turn()
+    assert bench.peer.sent[-1] == 0.02
+    bench.driver.reset(endings.append)
+    bench.now_s += PERIOD_S
+    bench.arrive(age_s)
+    bench.driver.turn()
+    assert not endings
+    bench.turn(25)
+    assert endings == [Reason.RESET_DONE]
+
+
 def test_a_driver_that_stays_behind_drops_the_oldest_unpublished_samples(bench: Bench) -> None:
     for k in range(MOST_UNPUBLISHED + 3):
         bench.arrive(sample=Sample(math.pi, 0.0, 1e-6 * k, 0.0))
@@ -319,17 +341,19 @@ def test_a_missing_connection_is_an_error(bench: Bench) -> None:
     assert bench.driver.health().sentence == "nobody listens"
 
 
-def test_while_nobody_would_speak_for_it_the_driver_sends_0(bench: Bench) -> None:
+@pytest.mark.parametrize("fault", [Reason.NO_LAST_WORD, Reason.LAST_WORD_SILENT])
+def test_while_nobody_would_speak_for_it_the_driver_sends_0(bench: Bench, fault: Reason) -> None:
     bench.driver.command(0.02)
     bench.turn()
     assert bench.peer.sent[-1] == 0.02
-    bench.peer.running = False
+    bench.driver.health()
+    bench.peer.fault = fault
     bench.driver.command(0.02)
     assert bench.peer.sent[-1] == 0.0
     bench.turn()
     assert bench.peer.sent[-1] == 0.0
-    assert bench.driver.health().sentence == Reason.NO_LAST_WORD.sentence
-    bench.peer.running = True  # another companion is ready
+    assert bench.driver.health().sentence == fault.sentence
+    bench.peer.fault = None  # another companion is ready
     bench.driver.command(0.02)
     bench.turn()
     assert bench.peer.sent[-1] == 0.02
@@ -352,6 +376,22 @@ def test_closing_says_0_often_and_then_nothing_more(bench: Bench) -> None:
         len(bench.peer.sent) == count and bench.peer.closed == 2
     )  # link and last word, once each
     assert endings[1:] == [Reason.RESET_ENDED]
+
+
+@pytest.mark.parametrize("pwm", [0.0, 0.2])
+def test_a_driver_whose_last_words_do_not_go_out_says_so_and_leaves_its_companion(
+    bench: Bench, pwm: float
+) -> None:
+    bench.driver.command(pwm)
+    bench.peer.broken = "cannot send to 10.0.0.1:1: Network is unreachable"
+    bench.turn()
+    left = bench.driver.close()
+    assert bench.peer.left_pwm == pwm and bench.peer.closed == 2
+    assert left == (pwm > 0) * (
+        "expected to send PWM 0 to the rig at the end, found that it did not go out (cannot send "
+        "to 10.0.0.1:1: Network is unreachable): the rig may hold PWM 0.2: switch it off"
+    )
+    assert bench.driver.close() == ""
 
 
 def test_the_last_word_hears_that_all_is_well_also_while_the_rig_is_silent(bench: Bench) -> None:

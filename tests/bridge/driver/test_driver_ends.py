@@ -123,6 +123,34 @@ def test_without_a_parent_to_end_with_only_a_signal_ends_it(
         assert bool(looked) is ends
 
 
+def test_a_parent_that_ends_while_the_driver_starts_is_noticed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from pendulum_bridge.driver import parent
+    from pendulum_bridge.nodes import driver_node
+
+    numbers = [1000]
+    monkeypatch.setattr(parent.os, "getppid", lambda: numbers[-1])
+    monkeypatch.setattr(driver_node, "SingleThreadedExecutor", MagicMock())
+    stopped = MagicMock()
+    stopped.is_set.side_effect = [False, AssertionError("the end of the parent went unnoticed")]
+    node = MagicMock(waiting=0, start=lambda: numbers.append(1))
+    driver_node.serve(node, stopped)
+    node.finish.assert_called_once()
+
+
+def test_a_rig_that_may_hold_a_command_is_the_failure_of_the_program(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from pendulum_bridge.nodes import driver_node
+
+    monkeypatch.setattr(driver_node, "SingleThreadedExecutor", MagicMock())
+    stopped = threading.Event()
+    stopped.set()
+    for left, failure in (("the rig may hold PWM 0.2", "the rig may hold PWM 0.2"), ("", None)):
+        assert driver_node.serve(MagicMock(waiting=0, left=left), stopped) == failure
+
+
 def is_running(process: int) -> bool:
     try:
         with open(f"/proc/{process}/stat") as stat:

@@ -13,8 +13,9 @@ from pathlib import Path
 import pytest
 
 from pendulum_bridge.driver import companion, last_word_program
-from pendulum_bridge.driver.companion import ANSWER_S
+from pendulum_bridge.driver.companion import ANSWER_S, LONGEST_TURN_S, REPLACE_S
 from pendulum_bridge.driver.last_word import LastWord
+from pendulum_bridge.safety.reasons import Reason
 from pendulum_bridge.wire.link import Link
 from pendulum_bridge.wire.protocol import COMMAND, Command
 from pendulum_bridge.wire.tcp import open_tcp_link
@@ -224,26 +225,104 @@ def test_a_goodbye_is_silent_and_leaves_no_process(alone: tuple[Rig, Link]) -> N
     assert rig.command(0.1) is None
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
-def test_a_companion_that_cannot_speak_is_replaced(
-    alone: tuple[Rig, Link], number: signal.Signals
+def test_left_with_a_command_at_the_rig_the_companion_speaks_and_ends(
+    alone: tuple[Rig, Link],
 ) -> None:
-    """A stopped companion runs and would say nothing: that it does not answer tells."""
+    rig, link = alone
+    with LastWord(link, ZERO, silence_s=60.0) as word:
+        pid = str(word.pid)
+        word.close(left_pwm=0.3)
+        link.close()  # the companion has a socket of its own
+        for _ in range(last_word_program.LAST_WORDS):
+            assert rig.command() == ZERO
+        wait_until(lambda: is_gone(pid))
+
+
+@pytest.mark.parametrize(("refused", "heard"), [(0, 5), (40, 5), (10**6, 0)])
+def test_packets_that_a_network_refuses_are_tried_again_for_a_while(
+    refused: int, heard: int
+) -> None:
+    class WayOut:
+        calls = 0
+
+        def speak(self) -> bool:
+            self.calls += 1
+            return self.calls > refused
+
+    way_out, begin = WayOut(), time.monotonic()
+    last_word_program.say_last_words(way_out, patience_s=LONG_S if heard else 0.3)
+    assert time.monotonic() - begin < LONG_S
+    assert max(way_out.calls - refused, 0) == heard and way_out.calls > 1
+
+
+def test_a_killed_companion_is_replaced(alone: tuple[Rig, Link]) -> None:
+    rig, link = alone
+    with LastWord(link, ZERO, silence_s=0.2) as word:
+        lost = word.pid
+        os.kill(lost, signal.SIGKILL)
+        wait_until(lambda: not word.running)
+        assert word.fault is Reason.NO_LAST_WORD
+        word.alive()
+        assert word.pid != lost
+        wait_until(lambda: word.alive() or word.running)
+        assert word.replaced == 1 and is_gone(str(lost)) and word.fault is None
+        rig.until(ZERO)  # it has the socket, and speaks when it hears nothing
+
+
+def beat(word: LastWord, clock_s: list[float], seconds: float) -> None:
+    """Report that the driver works, a turn at a time, for so long on the test's clock."""
+    for _ in range(round(seconds / LONGEST_TURN_S)):
+        clock_s[0] += LONGEST_TURN_S
+        word.alive()
+
+
+def test_a_stopped_companion_counts_as_silent_soon_and_is_replaced_later(
+    alone: tuple[Rig, Link],
+) -> None:
+    """It runs and would say nothing: that it does not answer tells."""
     rig, link = alone
     clock_s = [0.0]
     with LastWord(link, ZERO, silence_s=0.2, now=lambda: clock_s[0]) as word:
         lost = word.pid
-        os.kill(lost, number)
-        if number == signal.SIGSTOP:
-            word.alive()
-            assert word.running  # not for want of one answer
-            clock_s[0] += 2.0 * ANSWER_S
-        wait_until(lambda: not word.running)
-        word.alive()
+        os.kill(lost, signal.SIGSTOP)
+        beat(word, clock_s, 0.5 * ANSWER_S)
+        assert word.running and word.fault is None  # not for want of a few answers
+        beat(word, clock_s, 0.7 * ANSWER_S)
+        assert not word.running and word.fault is Reason.LAST_WORD_SILENT
+        assert word.pid == lost and word.replaced == 0
+        beat(word, clock_s, REPLACE_S)
         assert word.pid != lost
         wait_until(lambda: word.alive() or word.running)
         assert word.replaced == 1 and is_gone(str(lost))
-        rig.until(ZERO)  # it has the socket, and speaks when it hears nothing
+        rig.until(ZERO)
+
+
+def test_a_companion_that_was_starved_speaks_as_soon_as_it_answers(
+    alone: tuple[Rig, Link],
+) -> None:
+    _, link = alone
+    clock_s = [0.0]
+    with LastWord(link, ZERO, silence_s=60.0, now=lambda: clock_s[0]) as word:
+        os.kill(word.pid, signal.SIGSTOP)
+        beat(word, clock_s, 2.0 * ANSWER_S)
+        assert word.fault is Reason.LAST_WORD_SILENT
+        os.kill(word.pid, signal.SIGCONT)
+        wait_until(lambda: word.alive() or word.running)
+        assert word.replaced == 0 and word.fault is None
+
+
+def test_a_computer_that_stands_still_silences_no_companion(alone: tuple[Rig, Link]) -> None:
+    """Driver and companion stand still together; the driver may be the first to go on."""
+    _, link = alone
+    clock_s = [0.0]
+    with LastWord(link, ZERO, silence_s=60.0, now=lambda: clock_s[0]) as word:
+        os.kill(word.pid, signal.SIGSTOP)
+        for _ in range(5):
+            word.alive()
+            clock_s[0] += 100.0
+        word.alive()
+        assert word.running and word.replaced == 0
+        os.kill(word.pid, signal.SIGCONT)
 
 
 def test_a_driver_that_stood_still_keeps_its_companion(alone: tuple[Rig, Link]) -> None:

@@ -1,20 +1,28 @@
 """The driver as a lifecycle node: PWM is 0 outside `active`, whatever happens."""
 
 import itertools
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 pytest.importorskip("rclpy")
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
+from rclpy.parameter import Parameter
 from support.driven_rig import MODULE, RawRig, User, arguments_for
 from support.ros_graph import DEADLINE_S, Graph, until
 from support.running_emulator import TWIN
 
 from pendulum_bridge.driver.driver import LAST_WORDS, Driver
+from pendulum_bridge.nodes.driver_making import collect_rules
 from pendulum_bridge.nodes.driver_node import UNCONFIGURED, DriverNode
+from pendulum_bridge.safety.encoder_check import Encoders
 from pendulum_bridge.safety.reasons import Reason
-from pendulum_bridge.wire.protocol import Sample
+from pendulum_bridge.wire.link import Link
+from pendulum_bridge.wire.protocol import Command, Sample
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.model import load_twin, save_twin
 
 PATIENT = {"rig_timeout_s": 60.0, "command_timeout_s": 60.0}
 WARN = 1
@@ -51,6 +59,11 @@ class Bench:
 
     def drive(self, pwm: float) -> None:
         until(lambda: self.heard and self.heard[-1] == pwm, f"PWM {pwm}", lambda: self.step(pwm))
+
+    def listen(self, steps: int) -> None:
+        """Send so many samples, and note what the rig hears."""
+        for _ in range(steps):
+            self.step()
 
     def listen_while_commanding(self, pwm: float, what: str, sentence: str) -> None:
         """Command until the driver says a sentence; nothing but 0 is heard meanwhile."""
@@ -97,6 +110,23 @@ def test_the_rig_hears_commands_only_while_the_driver_is_active(bench: Bench) ->
     assert bench.heard[-LAST_WORDS:] == [0.0] * LAST_WORDS
 
 
+@pytest.mark.parametrize("timeout_s", [0.05, 60.0])
+def test_a_command_from_before_the_activation_is_not_taken(ros: Graph, timeout_s: float) -> None:
+    """It waits in the node's queue while nobody spins the node."""
+    bench = Bench(ros, command_timeout_s=timeout_s)
+    bench.user.until(bench.user.sender.get_subscription_count, "discovery")
+    bench.user.send(0.2)
+    bench.node.start()
+    bench.user.until(
+        lambda: bench.node.driver.counts.after_standstill == 1,
+        "the command",
+    )
+    bench.listen(20)
+    assert bench.heard and set(bench.heard) == {0.0}
+    bench.drive(0.1)
+    bench.rig.close()
+
+
 @pytest.mark.parametrize(
     "transition", [Transition.TRANSITION_ACTIVATE, Transition.TRANSITION_CLEANUP, 240]
 )
@@ -128,6 +158,68 @@ def test_a_latched_stop_outlasts_every_transition(bench: Bench) -> None:
     ):
         assert bench.set(transition)
     bench.listen_while_commanding(0.2, "the latch", Reason.STOPPED.sentence)
+
+
+@pytest.mark.parametrize("later", ["gone", "of another rig"])
+def test_a_limit_changes_on_the_twin_that_was_configured(
+    ros: Graph, tmp_path: Path, later: str
+) -> None:
+    """Rail, signs and constants are those of the start, whatever becomes of the file."""
+    file = tmp_path / "twin.yaml"
+    twin = load_twin(TWIN)
+    save_twin(twin, file)
+    bench = Bench(ros, twin=str(file))
+    assert bench.set(Transition.TRANSITION_CONFIGURE)
+    expected = collect_rules(replace(bench.node.settings, pwm_limit=0.1), twin)
+    file.unlink()
+    if later == "of another rig":
+        longer = replace(twin.rig, rail_half_length_m=2.0)
+        save_twin(replace(twin, rig=longer, effects={"input_sign_inverted": {}}), file)
+    assert bench.node.set_parameters([Parameter("pwm_limit", value=0.1)])[0].successful
+    assert bench.node.driver._rules == expected
+    bench.rig.close()
+
+
+def test_an_encoder_fault_that_lasts_needs_a_person_after_every_transition(bench: Bench) -> None:
+    assert bench.set(Transition.TRANSITION_CONFIGURE)
+    assert bench.set(Transition.TRANSITION_ACTIVATE)
+    bench.drive(0.2)
+    driver = bench.node.driver
+    with driver._lock:
+        driver._safety = replace(driver._safety, encoders=Encoders(Reason.ENCODER_JUMPED))
+    bench.listen_while_commanding(0.2, "the jump", Reason.ENCODER_JUMPED.sentence)
+    for transition in (
+        Transition.TRANSITION_DEACTIVATE,
+        Transition.TRANSITION_CLEANUP,
+        Transition.TRANSITION_CONFIGURE,
+        Transition.TRANSITION_ACTIVATE,
+    ):
+        assert bench.set(transition)
+    bench.listen_while_commanding(0.2, "the latch", Reason.STOPPED.sentence)
+    assert bench.user.stopped[-1]
+    until(
+        lambda: not bench.node.driver.stopped,
+        "a command of 0, and the stop to be cleared",
+        lambda: bench.step(0.0) or bench.user.call("clear_stop"),
+    )
+    bench.drive(0.2)
+
+
+def test_a_release_whose_pwm_0_the_network_refuses_is_an_error(bench: Bench, monkeypatch) -> None:
+    assert bench.set(Transition.TRANSITION_CONFIGURE)
+    assert bench.set(Transition.TRANSITION_ACTIVATE)
+    bench.drive(0.2)
+
+    def refuse(link: Link, command: Command) -> None:
+        raise BadInputError("cannot send to the rig: Network is unreachable")
+
+    monkeypatch.setattr(Link, "send", refuse)
+    bench.node.finish()
+    assert "(cannot send to the rig: Network is unreachable)" in bench.node.left
+    assert bench.node.left.endswith("the rig may hold PWM 0.2: switch it off")
+    until(  # the companion is not refused
+        lambda: bench.heard[-LAST_WORDS:] == [0.0] * LAST_WORDS, "PWM 0", lambda: bench.step(0.2)
+    )
 
 
 def test_what_cannot_be_configured_stays_unconfigured(ros: Graph) -> None:

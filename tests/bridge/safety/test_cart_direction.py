@@ -208,7 +208,7 @@ def test_what_a_person_may_have_changed_is_found_anew(nominal: Rig, rules: Rules
     corrected = make_rules(nominal, Limits(LIMIT, 50.0), way=-1, pole_way=-1)
     assert not change_rules(safety, rules, corrected).direction.turned
     assert change_rules(safety, rules, replace(rules, period_s=0.02)).direction.turned
-    assert not activate(deactivate(safety)[0]).direction.turned
+    assert not activate(deactivate(safety)[0], safety.ages.now_s).direction.turned
     stopped, _ = press_stop(safety)
     assert stopped.direction.turned
     zero = take_command(0.0, stopped)[0]

@@ -1,6 +1,7 @@
 """No commands drive the cart beyond the margin before the end of the rail, on any similar rig."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -191,7 +192,11 @@ def test_a_drive_that_goes_the_wrong_way_is_switched_off(nominal: Rig) -> None:
 def test_a_rig_without_rail_or_room_is_refused(nominal: Rig) -> None:
     with pytest.raises(BadInputError, match="rail_half_length_m"):
         make_rail_guard(replace(nominal, rail_half_length_m=None), LIMIT)
-    with pytest.raises(BadInputError, match="leaves some rail"):
-        make_rail_guard(nominal, LIMIT, margin_m=0.9)
+    sentence = (
+        "rail guard: expected rail_half_length_m above 0.57 m (0.05 m, and 1.3 times "
+        "com_distance_m, which is 0.4 m), found 0.5 m: measure both, and correct the twin file"
+    )
+    with pytest.raises(BadInputError, match=re.escape(sentence)):
+        make_rail_guard(Rig(0.5, 0.1, 0.4, 0.3, 9.81, 12.0, 0.5, 2e-4, 0.5), LIMIT)
     with pytest.raises(BadInputError, match="ways of 1 or -1"):
         make_rail_guard(nominal, LIMIT, way=0)

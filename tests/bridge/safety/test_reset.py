@@ -26,7 +26,7 @@ from pendulum_bridge.safety.reset import (
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_bridge.safety.state import make_rules
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.rig import Rig
+from pendulum_twin.rig import POLE_KEYS, Rig
 
 REST = Rest()
 HANGING = RigState(0.0, math.pi, 0.0, 0.0)
@@ -128,6 +128,27 @@ def test_a_wrong_zero_is_found_and_nothing_is_moved_meanwhile(nominal: Rig) -> N
     assert is_zero_wrong(replace(HANGING, pole_rad=math.pi + 0.1), REST) and not is_zero_wrong(
         HANGING, REST
     )
+
+
+@pytest.mark.parametrize("field", [0.0, 2.0, math.pi])
+def test_a_rig_without_a_pole_is_reset_whatever_its_pole_field_holds(
+    field: float, nominal: Rig
+) -> None:
+    cart = replace(nominal, **dict.fromkeys(POLE_KEYS))
+    rig = stepper(cart, {"cart_coulomb_friction": {"level_n": 0.5}}, (0.4, field, 0.3, 0.0))
+    decision, _, furthest = reset_run(rig, make_rules(cart))
+    assert decision.reset_ended is Reason.RESET_DONE and furthest < 0.85
+    assert abs(rig.state[0]) <= REST.cart_m and abs(rig.state[2]) <= REST.cart_m_s
+
+
+def test_a_pole_that_a_rig_does_not_have_is_not_damped(nominal: Rig) -> None:
+    plan = make_swing_down(replace(nominal, **dict.fromkeys(POLE_KEYS)), 0.5)
+    away = replace(HANGING, cart_m=0.3)
+    still, wild = (
+        swing_on(Reset(), replace(away, pole_rad_s=rate), 0.0, PERIOD_S, plan)
+        for rate in (0.0, 9.0)
+    )
+    assert still == wild and still.pwm != 0.0
 
 
 def test_it_never_goes_on_beyond_its_deadline(nominal: Rig) -> None:

@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -10,8 +11,10 @@ from support.guarded_rigs import PERIOD_S, seen, settled, stepper
 
 from pendulum_bridge.safety.decide import decide
 from pendulum_bridge.safety.events import (
+    activate,
     begin_reset,
     clear_stop,
+    deactivate,
     fail_safe,
     hear_writer,
     press_stop,
@@ -255,6 +258,51 @@ def test_commands_that_may_have_waited_while_the_driver_stood_still_are_not_take
     assert (
         resumed.applied == 0.0 and take_command(0.3, resumed, 2.21, ago_s=60.0)[1] is None
     )  # a clock that is wrong
+
+
+@pytest.mark.parametrize("offset_s", [0.0, 3600.0, -3600.0, 1e-3, -1e-3])
+def test_a_command_that_waited_is_refused_by_whatever_clock_it_was_sent(
+    rules: Rules, offset_s: float
+) -> None:
+    """A busy computer takes commands late, up to the timeout, and none of them is refused."""
+    random = np.random.default_rng(1)
+    safety = settled(rules, MIDDLE)
+    longest_s = rules.timeouts.command_s
+    waits_s = (0.001, *random.uniform(0.0, 0.95 * longest_s, 200), *[0.9 * longest_s] * 20, 0.0)
+    for wait_s in waits_s:
+        safety, refused = take_command(0.1, safety, 0.0, offset_s + wait_s, longest_s)
+        assert refused is None or len(safety.command_ages_s) == 1  # the first has no other yet
+    late, refused = take_command(0.1, safety, 0.0, offset_s + 2.5 * longest_s, longest_s)
+    assert refused is Reason.STOOD_STILL and late.counts.after_standstill > 0
+    assert take_command(0.1, late, 0.0, offset_s + 0.01, longest_s)[1] is None
+
+
+@pytest.mark.parametrize("set_by_s", [3600.0, -3600.0])
+def test_a_clock_that_is_set_refuses_a_few_commands_at_most(rules: Rules, set_by_s: float) -> None:
+    safety, answers = settled(rules, MIDDLE), []
+    for k in range(40):
+        age_s = 0.001 + (set_by_s if k >= 20 else 0.0)
+        safety, refused = take_command(0.1, safety, 0.0, age_s, rules.timeouts.command_s)
+        answers.append(refused)
+    assert answers[:20] == [None] * 20 and answers[20] is Reason.STOOD_STILL
+    assert answers[30:] == [None] * 10
+
+
+def test_after_a_standstill_commands_of_a_clock_that_was_set_back_are_not_taken(
+    rules: Rules,
+) -> None:
+    before = take_command(0.1, settled(rules, MIDDLE), 0.0, 0.001)[0]
+    resumed = decide(None, MIDDLE, 1.0, before, rules).safety
+    safety, refused = take_command(0.3, resumed, 1.01, ago_s=-3600.0)
+    assert refused is Reason.STOOD_STILL
+    assert take_command(0.3, safety, 1.02, ago_s=-3600.0)[1] is None
+
+
+def test_an_activated_driver_takes_no_command_of_before(rules: Rules) -> None:
+    active = activate(deactivate(settled(rules, MIDDLE))[0], 5.0)
+    active = replace(active, ages=replace(active.ages, now_s=5.04))
+    assert take_command(0.3, active, 5.05, ago_s=0.06)[1] is Reason.STOOD_STILL
+    assert take_command(0.3, active, 5.05, ago_s=0.04)[1] is None
 
 
 def test_a_sample_that_was_looked_at_late_is_as_old_as_it_is(rules: Rules) -> None:

@@ -139,6 +139,12 @@ def test_another_twin_file_is_taken_while_it_runs(ros: Graph, files: dict[str, P
     ]
     assert answers[0].successful and node._settings.twin == str(files["rig"])
     assert not answers[1].successful and "nowhere.yaml: expected a twin file" in answers[1].reason
+    heard: list[str] = []
+    ros.user().create_subscription(
+        DiagnosticArray, "/diagnostics", lambda m: heard.append(m.status[0].hardware_id), 10
+    )
+    ros.until(lambda: heard, "the diagnostics")
+    assert heard[0] == "rig"
 
 
 @pytest.mark.parametrize(

@@ -89,9 +89,18 @@ def play_plan[Seen](
 
 
 def stop(wire: Wire) -> None:
-    """Send PWM 0 and no reset, several times."""
+    """Send PWM 0 and no reset, several times.
+
+    Raises BadInputError when the network refuses every packet.
+    """
+    refusals = []
     for _ in range(LAST_PACKETS):
-        wire.send(Command(0.0))
+        try:
+            wire.send(Command(0.0))
+        except BadInputError as error:
+            refusals.append(error)
+    if len(refusals) == LAST_PACKETS:
+        raise refusals[-1]
 
 
 def _play[Seen](

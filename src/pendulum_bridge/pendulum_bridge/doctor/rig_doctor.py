@@ -106,6 +106,8 @@ def _check_wire(
     """Yield the findings of a wire; whatever happens, send PWM 0 at the end and close it.
 
     first: a check that comes before.
+
+    Raises BadInputError when the network refuses a command, or every PWM 0 at the end.
     """
     try:
         if task.may_move:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from pendulum_bridge.driver.last_word import LastWord, SharedLink
+from pendulum_bridge.driver.last_word import LastWord, SharedLink, describe_left_pwm
 from pendulum_bridge.wire.protocol import SAMPLE, Command
 from pendulum_bridge.wire.tcp import TcpPort
 from pendulum_bridge.wire.udp import Address, Endpoint
@@ -90,6 +90,7 @@ class PortWire:
     ) -> None:
         self._port, self._stranger = port, stranger
         self._last_word: LastWord | None = None
+        self._fault, self._out_pwm = "", 0.0  # what went out last
 
     def keep_last_word(self) -> None:
         """Have a companion process send PWM 0 in case this process is killed or stopped.
@@ -107,9 +108,14 @@ class PortWire:
         if command.pwm and self._last_word is not None and not self._last_word.running:
             raise BadInputError(
                 "expected a process that sends PWM 0 when the doctor is killed, found that it has "
-                "ended: examine the rig again"
+                "ended or does not answer: examine the rig again"
             )
-        self._port.send(command.pack())
+        try:
+            self._port.send(command.pack())
+        except BadInputError as error:
+            self._fault = str(error)
+            raise
+        self._out_pwm = command.pwm
 
     def receive(self, deadline: float) -> Heard | None:
         """Return the oldest packet of the rig's host, whatever it holds; None at the deadline."""
@@ -137,10 +143,15 @@ class PortWire:
         return self._port.trouble
 
     def close(self) -> None:
-        """Give the address back."""
+        """Give the address back.
+
+        Raises BadInputError when the rig may hold a command, because no PWM 0 went out after it.
+        """
         if self._last_word is not None:
-            self._last_word.close()
+            self._last_word.close(self._out_pwm)
         self._port.close()
+        if self._out_pwm:
+            raise BadInputError(describe_left_pwm(self._out_pwm, self._fault))
 
 
 def open_udp_wire(listen: Address, rig: Address) -> PortWire:

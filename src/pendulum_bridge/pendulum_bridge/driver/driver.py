@@ -17,12 +17,12 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from threading import Event, Lock
-from typing import Protocol
 
 from pendulum_bridge.driver.arrival_clock import MOST_LOST, ArrivalClock
 from pendulum_bridge.driver.health import Report, make_health, pick_worse
-from pendulum_bridge.driver.last_word import LastWord
+from pendulum_bridge.driver.last_word import LastWord, describe_left_pwm
 from pendulum_bridge.driver.latency import Latency
+from pendulum_bridge.driver.outlet import Outlet
 from pendulum_bridge.driver.waiting_samples import WaitingSamples
 from pendulum_bridge.safety import events
 from pendulum_bridge.safety.decide import decide
@@ -40,22 +40,6 @@ WAIT_S = 0.02
 DECISIONS_BETWEEN = 5
 LAST_WORDS = 5  # packets with PWM 0 at the end: any may be lost
 Listener = Callable[[Reason], None]
-
-
-class Outlet(Protocol):
-    """Take the driver's output."""
-
-    def publish_sample(self, state: RigState, stamp_ns: int) -> None:
-        """Take a sample and its sampling time (ns, system clock)."""
-
-    def publish_applied(self, pwm: float) -> None:
-        """Take the command that was sent (PWM fraction)."""
-
-    def publish_stopped(self, latched: bool) -> None:
-        """Take whether the emergency stop is latched, after a change."""
-
-    def report_failure(self, error: Exception) -> None:
-        """Take an error of the thread that serves the rig."""
 
 
 class Driver:
@@ -88,8 +72,9 @@ class Driver:
         self._since_sample = 0  # decisions on commands since the last sample
         self._listeners: list[Listener] = []  # they wait for the end of a reset
         self._closed = False
-        self._fault = ""
+        self._fault, self._out_pwm = "", 0.0  # what went out last
         self._decided_s, self._standstill_s = self._now(), 0.0
+        self._taken_s = self._now()  # when all samples were taken that had come
         self._worst: Reason | None = Reason.NO_SAMPLE_YET
         self._reported = (self._now(), 0)
         self._unsent = self._old = self._commands = self._resets = 0
@@ -100,6 +85,11 @@ class Driver:
     def stopped(self) -> bool:
         """Whether the emergency stop is latched."""
         return self._safety.stop.latched
+
+    @property
+    def needs_person(self) -> bool:
+        """Whether PWM is 0 until a person clears the stop: it is latched, or encoders failed."""
+        return self.stopped or events.find_lasting_fault(self._safety) is not None
 
     @property
     def counts(self) -> Counts:
@@ -124,7 +114,8 @@ class Driver:
 
     def turn(self) -> None:
         """Wait for a sample, publish it, and decide on the newest; without any when none comes."""
-        came = self._publish_next()
+        came, before_s = self._publish_next(), self._taken_s
+        self._taken_s = self._now()
         newer = self._link.take_waiting()
         self._waiting.add(newer)
         came += newer
@@ -132,7 +123,10 @@ class Driver:
             self._since_sample = 0
             self._old += max(len(came) - 1, 0)
             if came:
-                ago_s = max(1e-9 * (time.time_ns() - came[-1].arrival_ns), 0.0)
+                ago_s = 1e-9 * (time.time_ns() - came[-1].arrival_ns)
+                # the sample came since the turn before; otherwise the system's clock was set
+                most_s = self._now() - before_s
+                ago_s = ago_s if 0 <= ago_s <= most_s else most_s
                 self._decide(read_state(came[-1]), ago_s, skipped=len(came) - 1)
             else:
                 self._decide(None)
@@ -147,7 +141,9 @@ class Driver:
         with self._lock:
             self._commands += 1
             ago_s = 0.0 if sent_ns is None else 1e-9 * (time.time_ns() - sent_ns)
-            self._safety, refused = events.take_command(pwm, self._safety, self._now(), ago_s)
+            self._safety, refused = events.take_command(
+                pwm, self._safety, self._now(), ago_s, self._rules.timeouts.command_s
+            )
             self._note(refused)
             if self._since_sample < DECISIONS_BETWEEN:
                 self._since_sample += 1
@@ -180,7 +176,7 @@ class Driver:
     def activate(self) -> None:
         """Accept commands and resets from now on."""
         with self._lock:
-            self._safety = events.activate(self._safety)
+            self._safety = events.activate(self._safety, self._now())
 
     def deactivate(self) -> None:
         """Send PWM 0 before this returns, and nothing else until `activate`."""
@@ -217,17 +213,21 @@ class Driver:
             self._send_zero()
             self._end_reset(ended)
 
-    def close(self) -> None:
-        """Send PWM 0 and release the rig; a second call does nothing."""
+    def close(self) -> str:
+        """Send PWM 0 and release the rig; a second call does nothing.
+
+        Returns that the rig may hold another command, because no PWM 0 went out; else empty.
+        """
         with self._lock:
             if self._closed:
-                return
+                return ""
             for _ in range(LAST_WORDS):
                 self._send_zero()
             self._closed = True
             self._end_reset(Reason.RESET_ENDED)
-            self._last_word.close()
+            self._last_word.close(self._out_pwm)
             self._link.close()
+            return describe_left_pwm(self._out_pwm, self._fault) if self._out_pwm else ""
 
     def health(self) -> Health:
         """Return the driver's health since the last call."""
@@ -304,7 +304,7 @@ class Driver:
             return
         now_s = self._now()
         self._standstill_s = max(self._standstill_s, now_s - self._decided_s)
-        safety = events.note_last_word(self._safety, self._last_word.running)
+        safety = events.note_last_word(self._safety, self._last_word.fault)
         decision = decide(None, sample, now_s, safety, self._rules, ago_s, skipped)
         ended = decision.reset_ended
         if self._now() - now_s > events.STANDSTILL_S:  # the process was stopped (SIGSTOP)
@@ -327,6 +327,7 @@ class Driver:
             self._fault = str(error)
             self._unsent += 1
         else:
+            self._out_pwm = pwm
             self._outlet.publish_applied(pwm)
 
     def _note(self, reason: Reason | None) -> None:

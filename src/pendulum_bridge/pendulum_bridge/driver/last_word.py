@@ -2,8 +2,8 @@
 
 A process that is killed (SIGKILL) or stopped (SIGSTOP) executes nothing, so another process has to
 speak for it. The companion (`last_word_program.py`) shares the driver's own socket, so the rig
-takes its packet for the driver's. A companion that was itself killed or stopped is replaced; until
-the new one is ready nobody could speak, and the driver sends PWM 0 alone.
+takes its packet for the driver's. A companion that was itself killed or stopped is replaced. While
+it does not answer, and until the new one is ready, nobody could speak: the driver sends PWM 0.
 """
 
 from __future__ import annotations
@@ -18,9 +18,22 @@ from typing import Protocol, Self
 from pendulum_bridge.driver import companion
 from pendulum_bridge.driver.companion import READY_S, Companion
 from pendulum_bridge.driver.last_word_program import SOCKET
+from pendulum_bridge.safety.reasons import Reason
 from pendulum_twin.errors import BadInputError
 
 RETRY_S = 1.0  # from one attempt to replace a companion to the next
+
+
+def describe_left_pwm(pwm: float, fault: str) -> str:
+    """Return that the rig may hold a command at the end of a program, and what to do.
+
+    pwm: PWM fraction that went out last.
+    fault: why PWM 0 did not go out.
+    """
+    return (
+        f"expected to send PWM 0 to the rig at the end, found that it did not go out ({fault}): "
+        f"the rig may hold PWM {pwm:g}: switch it off"
+    )
 
 
 class SharedLink(Protocol):
@@ -43,8 +56,9 @@ class LastWord:
 
     The companion sends the packet several times when this process ends without `close`, and
     repeatedly while `alive` has not been called for silence_s. It ends a moment after this
-    process. Signals to this process's group do not reach it; SIGINT and SIGTERM do not end it.
-    Close it before the link, or use it in a `with`. One thread calls `alive`.
+    process, or after some seconds in which the network refused its packets. Signals to this
+    process's group do not reach it; SIGINT and SIGTERM do not end it. Close it before the link, or
+    use it in a `with`. One thread calls `alive`.
 
     link: whose socket the companion shares.
     packet: the packet with PWM 0.
@@ -95,6 +109,13 @@ class LastWord:
         return self._companion.ready
 
     @property
+    def fault(self) -> Reason | None:
+        """Why no companion would speak now; None while one would."""
+        if self.running:
+            return None
+        return Reason.LAST_WORD_SILENT if self._companion.silent else Reason.NO_LAST_WORD
+
+    @property
     def pid(self) -> int:
         """The companion's process number."""
         return self._companion.process.pid
@@ -102,7 +123,7 @@ class LastWord:
     def alive(self) -> None:
         """Report that this process works, at least every 30 ms. Never blocks, never raises.
 
-        A companion that has ended, or does not answer, is replaced.
+        A companion that has ended, or does not answer for long, is replaced.
         """
         # the companion has ended, or is full of beats, or the link has just lost its socket
         with contextlib.suppress(OSError, ValueError):
@@ -113,9 +134,18 @@ class LastWord:
                 self._hand_over()
             self._companion.beat()
 
-    def close(self) -> None:
-        """End the companion without a packet to the rig; a second call does nothing."""
+    def close(self, left_pwm: float = 0.0) -> None:
+        """End the companion; a second call does nothing.
+
+        left_pwm: PWM fraction that went out last. After 0 the companion ends without a packet to
+            the rig; otherwise it goes on alone until its packet goes out, some seconds at most.
+        """
+        if self._closed:
+            return
         self._closed = True
+        if left_pwm:
+            self._companion.leave()
+            return
         for each in (*self._ended, self._companion):
             each.close()
 

@@ -21,6 +21,7 @@ import time
 READY, BEAT, SOCKET, GOODBYE = b"r", b".", b"s", b"q"
 LONGEST_MESSAGE = 128
 LAST_WORDS, BETWEEN_S = 5, 0.01  # packets after the driver's end, as any may be lost
+PATIENCE_S = 5.0  # after the driver's end; so long a network that refuses packets is tried again
 REPEATED_S = 0.05  # time between packets while the driver is silent
 
 
@@ -48,13 +49,16 @@ class WayOut:
             (host, int(port)) if peer else None,
         )
 
-    def speak(self) -> None:
-        """Send the packet once, as far as the network allows."""
-        with contextlib.suppress(OSError):
+    def speak(self) -> bool:
+        """Send the packet once; return whether the network took it. There may be no socket yet."""
+        try:
             if self._socket is not None and self._peer is not None:
                 self._socket.sendto(self._packet, self._peer)
             elif self._socket is not None:
                 self._socket.send(self._packet)
+        except OSError:
+            return False
+        return True
 
 
 def main(arguments: list[str]) -> int:
@@ -65,10 +69,16 @@ def main(arguments: list[str]) -> int:
     way_out = WayOut(bytes.fromhex(arguments[2]))
     control.send(READY)
     if not watch_driver(control, way_out, float(arguments[1])):
-        for _ in range(LAST_WORDS):
-            way_out.speak()
-            select.select([], [], [], BETWEEN_S)
+        say_last_words(way_out)
     return 0
+
+
+def say_last_words(way_out: WayOut, patience_s: float = PATIENCE_S) -> None:
+    """Send the packet until LAST_WORDS of them went out, at most for patience_s (s)."""
+    end_s, out = time.monotonic() + patience_s, 0
+    while out < LAST_WORDS and time.monotonic() < end_s:
+        out += way_out.speak()
+        select.select([], [], [], BETWEEN_S)
 
 
 def watch_driver(control: socket.socket, way_out: WayOut, silence_s: float) -> bool:

@@ -37,7 +37,7 @@ from pendulum_bridge.safety.reasons import Level, Reason
 from pendulum_twin import topics
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.health import Health
-from pendulum_twin.model import load_twin
+from pendulum_twin.model import Twin, load_twin
 from pendulum_twin.nodes.diagnostics import publish_health
 from pendulum_twin.nodes.guard import guard_method
 from pendulum_twin.nodes.qos import LATEST
@@ -68,6 +68,7 @@ class DriverNode(LifecycleNode):
     settings: the parameters.
     driver: the driver without ROS; None while the node is unconfigured.
     waiting: number of callers that wait for the end of a reset.
+    left: that the rig may hold a command since `finish`, in a sentence; empty when it got PWM 0.
     """
 
     def __init__(self, **options: Any) -> None:
@@ -79,7 +80,8 @@ class DriverNode(LifecycleNode):
             raise
         self.driver: Driver | None = None
         self.waiting = 0
-        self._rig_name = "rig"  # until a twin file is read
+        self.left = ""
+        self._twin: Twin | None = None  # of the last configuring, whatever becomes of its file
         self._failure = ""  # why the last configuring failed
         self._latched = False  # the emergency stop, while there is no driver to hold it
         self._ended = Event()
@@ -98,7 +100,7 @@ class DriverNode(LifecycleNode):
             Trigger, topics.RESET, self.on_reset, callback_group=ReentrantCallbackGroup()
         )
         watch_settings(self, lambda: self.settings, self._change)
-        publish_health(self, lambda: self._rig_name, self.health)
+        publish_health(self, self._name_rig, self.health)
 
     def start(self) -> None:
         """Configure and activate; raise BadInputError with the reason when that fails."""
@@ -110,7 +112,7 @@ class DriverNode(LifecycleNode):
         try:
             twin = load_twin(self.settings.twin)
             self._outlet.show(twin.rig)
-            self._rig_name = twin.name
+            self._twin = twin
             self.driver = make_driver(self.settings, twin, self._outlet)
             rules = collect_rules(self.settings, twin)
         except BadInputError as error:
@@ -177,8 +179,11 @@ class DriverNode(LifecycleNode):
         if self._thread is not None:
             self._thread.join(THREAD_ENDS_S)
         if self.driver is not None:
-            self._latched = self.driver.stopped
-            self.driver.close()
+            latched = self.driver.needs_person
+            if left := self.driver.close():
+                self.left = left
+                self.get_logger().error(left)
+            self._latch(latched)
         self.driver = self._thread = None
 
     def destroy_node(self) -> None:
@@ -269,9 +274,12 @@ class DriverNode(LifecycleNode):
         health = self.driver.health()
         return replace(health, figures={"link": self.settings.wire, **health.figures})
 
+    def _name_rig(self) -> str:
+        return "rig" if self._twin is None else self._twin.name
+
     def _change(self, settings: DriverSettings) -> None:
-        rules = collect_rules(settings, load_twin(settings.twin))
-        if self.driver is not None:
+        if self.driver is not None and self._twin is not None:
+            rules = collect_rules(settings, self._twin)
             self.driver.change_rules(rules)
             self._outlet.publish_limit(rules.limits.magnitude)
             self.get_logger().info(describe_limits(rules, settings))
@@ -284,15 +292,17 @@ def fill_answer(reason: Reason, response: Trigger.Response, success: bool) -> Tr
     return response
 
 
-def serve(node: DriverNode, stopped: StopRequest) -> None:
+def serve(node: DriverNode, stopped: StopRequest) -> str | None:
     """Serve the node until stopped is set, or its parent has ended; then answer waiting callers.
+
+    Returns that the rig may hold a command, because PWM 0 did not go out; None when it did.
 
     With the setting autostart the node configures and activates itself first. The end of the
     parent counts only for a node with the setting end_with_parent.
     """
+    parent = Parent() if node.settings.end_with_parent else None  # first: a start takes seconds
     if node.settings.autostart:
         node.start()
-    parent = Parent() if node.settings.end_with_parent else None
     executor = SingleThreadedExecutor(context=node.context)
     executor.add_node(node)
     try:
@@ -302,6 +312,7 @@ def serve(node: DriverNode, stopped: StopRequest) -> None:
         deadline_s = monotonic() + ANSWERED_S
         while node.waiting and monotonic() < deadline_s:
             executor.spin_once(timeout_sec=0.1 * LONGEST_WAIT_S)
+        return node.left or None
     finally:
         executor.shutdown()
 

@@ -49,14 +49,14 @@ class WatchNode(Node):
             raise
         self._in_order = InOrder()
         self._heard_s: float | None = None
-        self._watch = Watch(twin, self._settings.watching)
+        self._watch, self._rig_name = Watch(twin, self._settings.watching), twin.name
         rig = self._settings.rig.rstrip("/")
         self._listen(JointState, f"{rig}/{topics.JOINT_STATES}", self.on_sample)
         self._listen(Float64, f"{rig}/{topics.APPLIED_PWM}", self.on_applied)
         self.create_service(Trigger, "~/clear_alarm", self.on_clear_alarm)
         self.create_service(Trigger, "~/learn", self.on_learn)
         watch_settings(self, lambda: self._settings, self._accept)
-        publish_health(self, lambda: twin.name, self.health)
+        publish_health(self, lambda: self._rig_name, self.health)
         self.get_logger().info(f"watches {rig} with the twin {twin.name} of {self._settings.twin}")
 
     def on_sample(self, message: JointState, info: dict[str, Any]) -> None:
@@ -122,11 +122,8 @@ class WatchNode(Node):
         Raises BadInputError with nothing changed if it is wrong.
         """
         twin = load_twin(settings.twin)
-        self._watch, self._settings, self._in_order = (
-            Watch(twin, settings.watching),
-            settings,
-            InOrder(),
-        )
+        self._watch, self._rig_name = Watch(twin, settings.watching), twin.name
+        self._settings, self._in_order = settings, InOrder()
         self.get_logger().info(
             f"goes on with the twin {twin.name} of {settings.twin}, and learns anew"
         )

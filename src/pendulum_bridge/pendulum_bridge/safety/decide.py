@@ -185,8 +185,8 @@ def _find_reason_for_zero(safety: Safety, rules: Rules) -> Reason | None:
     """Return why PWM is 0: stop, no last word, watchdog or encoders; None for no reason."""
     if safety.stop.latched:
         return Reason.STOPPED
-    if not safety.last_word:
-        return Reason.NO_LAST_WORD
+    if safety.last_word:
+        return safety.last_word
     silence = watchdog.find_silence(safety.ages, rules.timeouts)
     if reason := silence or safety.encoders.fault:
         return reason

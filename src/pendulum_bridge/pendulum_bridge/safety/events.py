@@ -5,11 +5,13 @@ Each function returns the state after an event, and, where somebody waits for it
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from pendulum_bridge.safety import encoder_check, two_writers, watchdog
 from pendulum_bridge.safety import reset as swing_down
 from pendulum_bridge.safety.cart_direction import CartDirection
+from pendulum_bridge.safety.command_waits import estimate_wait_s, remember_age
 from pendulum_bridge.safety.limits import find_refusal
 from pendulum_bridge.safety.reasons import Level, Reason
 from pendulum_bridge.safety.reset import Reset
@@ -19,7 +21,8 @@ from pendulum_twin.emergency_stop import StopAnswer
 
 # without a decision for so long, the driver stood still: it decides every 30 ms
 STANDSTILL_S = 0.15
-# a command so soon after a standstill may have waited through it: its time of sending counts
+# a command so soon after a standstill, or an activation, may have waited through it: its time of
+# sending counts
 UNSURE_S = 1.0
 
 STOP_REASONS = {
@@ -31,16 +34,23 @@ STOP_REASONS = {
 
 
 def take_command(
-    command: float, safety: Safety, now_s: float | None = None, ago_s: float = 0.0
+    command: float,
+    safety: Safety,
+    now_s: float | None = None,
+    ago_s: float = 0.0,
+    longest_s: float = math.inf,
 ) -> tuple[Safety, Reason | None]:
     """Return the state after a command, and why it was refused; None when it was accepted.
 
     command: PWM fraction.
     now_s: s, monotonic; when the command came, if that is later than the last decision.
     ago_s: s; how long before its arrival the command was sent, perhaps by the clocks of two
-        machines. It matters only after the driver has stood still.
+        machines, see `command_waits`.
+    longest_s: s; a command that waited for longer is refused.
     """
     now_s, counts = safety.ages.now_s if now_s is None else now_s, safety.counts
+    waited_s = estimate_wait_s(ago_s, safety.command_ages_s)
+    safety = replace(safety, command_ages_s=remember_age(ago_s, safety.command_ages_s))
     if safety.stop.latched:
         return replace(
             safety, stop=emergency_stop.drop_command(safety.stop, command)
@@ -58,9 +68,9 @@ def take_command(
     if two_writers.has_two_writers(safety.writers, now_s):
         counts = replace(counts, of_two_writers=counts.of_two_writers + 1)
         return forget_command(replace(safety, counts=counts)), Reason.TWO_WRITERS
-    if watchdog.compute_passed_s(
-        safety.ages, now_s
-    ) > STANDSTILL_S or 0 <= now_s - safety.resumed_s < min(ago_s, UNSURE_S):
+    stands = watchdog.compute_passed_s(safety.ages, now_s) > STANDSTILL_S
+    unsure = 0 <= now_s - safety.resumed_s < min(waited_s, UNSURE_S)
+    if stands or unsure or waited_s > longest_s:
         return replace(
             safety, counts=replace(counts, after_standstill=counts.after_standstill + 1)
         ), Reason.STOOD_STILL
@@ -76,9 +86,9 @@ def hear_writer(number: int, now_s: float, safety: Safety) -> Safety:
     return replace(safety, writers=two_writers.hear_writer(number, now_s, safety.writers))
 
 
-def note_last_word(safety: Safety, runs: bool) -> Safety:
-    """Return the state with whether somebody sends PWM 0 when the driver no longer can."""
-    return safety if safety.last_word == runs else replace(safety, last_word=runs)
+def note_last_word(safety: Safety, fault: Reason | None) -> Safety:
+    """Return the state with why nobody could send PWM 0 for the driver; None: somebody could."""
+    return safety if safety.last_word is fault else replace(safety, last_word=fault)
 
 
 def press_stop(safety: Safety) -> tuple[Safety, Reason | None]:
@@ -94,12 +104,13 @@ def press_stop(safety: Safety) -> tuple[Safety, Reason | None]:
     ), ended
 
 
-def activate(safety: Safety) -> Safety:
+def activate(safety: Safety, now_s: float) -> Safety:
     """Return the state in which commands and resets are accepted, without a command yet.
 
+    Commands that were sent before are dropped, though they come later (now_s: s, monotonic).
     The cart's direction is found anew: a person may have changed wires or twin file.
     """
-    return forget_command(replace(safety, active=True, direction=CartDirection()))
+    return forget_command(replace(safety, active=True, direction=CartDirection(), resumed_s=now_s))
 
 
 def change_rules(safety: Safety, before: Rules, after: Rules) -> Safety:

@@ -78,7 +78,8 @@ def make_rail_guard(
     margin_m: m; how far before the end of the rail the cart has to stop.
     The other arguments: see `RailGuard`.
 
-    Raises BadInputError for a rig without cart or rail length, and when the margin leaves no rail.
+    Raises BadInputError for a rig without cart or rail length, and when its rail is too
+    short for margin and pole.
     """
     if (
         rig.force_per_pwm_n is None
@@ -98,7 +99,9 @@ def make_rail_guard(
     end, reach = rig.rail_half_length_m - margin_m, rig.com_distance_m or 0.0
     if not end > (1 + spread) * reach:
         raise BadInputError(
-            f"rail guard: expected a margin that leaves some rail, found {margin_m:g} m"
+            f"rail guard: expected rail_half_length_m above {margin_m + (1 + spread) * reach:.4g} "
+            f"m ({margin_m:g} m, and {1 + spread:g} times com_distance_m, which is {reach:.4g} "
+            f"m), found {rig.rail_half_length_m:g} m: measure both, and correct the twin file"
         )
     more = (1 + spread) / (1 - spread)
     gain, friction = (

@@ -33,8 +33,8 @@ class Reason(Enum):
 
     STOOD_STILL = (
         Level.WARN,
-        "A command may have waited while this computer stood still and was dropped; the next "
-        "command counts.",
+        "A command came late, or may have (this computer stood still, or the driver was not "
+        "active yet), and was dropped; the next command counts.",
     )
 
     INACTIVE = (
@@ -52,6 +52,11 @@ class Reason(Enum):
         Level.ERROR,
         "The process that sends PWM 0 when the driver is killed has ended: PWM is 0 until another "
         "one is ready.",
+    )
+    LAST_WORD_SILENT = (
+        Level.WARN,
+        "The process that sends PWM 0 when the driver is killed does not answer: PWM is 0 until "
+        "it answers, or another one is ready.",
     )
 
     FAILED = (

@@ -31,6 +31,8 @@ LONGEST_STEP_S = 0.05  # a longer gap between samples counts as this in the inte
 class Rest:
     """Define rest: hanging in the middle, all values within these bounds for consecutive samples.
 
+    Infinite bounds of the pole leave it out.
+
     cart_m: m, from the middle.
     pole_rad: rad, from hanging.
     cart_m_s: m/s.
@@ -46,6 +48,9 @@ class Rest:
     pole_rad_s: float = 0.18
     samples: int = 20
     standing_s: float = 1.5
+
+
+CART_REST = Rest(pole_rad=math.inf, pole_rad_s=math.inf)  # of a rig without a pole
 
 
 @dataclass(frozen=True)
@@ -92,7 +97,7 @@ class SwingDown:
 def make_swing_down(
     rig: Rig, limit: float, way: int = 1, pole_way: int = 1, deadline_s: float = 20.0
 ) -> SwingDown:
-    """Return the swing-down for a rig.
+    """Return the swing-down for a rig; one without a pole is reset whatever its samples say of it.
 
     limit: PWM fraction, largest command.
     way, pole_way: the rig's signs, see `RailGuard`.
@@ -109,7 +114,7 @@ def make_swing_down(
             f"reset deadline: expected a number of seconds above 0, found {deadline_s!r}"
         )
     force = rig.force_per_pwm_n
-    return SwingDown(
+    plan = SwingDown(
         per_m_s2=rig.total_mass_kg / force,
         friction=rig.cart_viscous_n_s_m / force,
         limit=limit,
@@ -117,6 +122,7 @@ def make_swing_down(
         pole_way=pole_way,
         deadline_s=deadline_s,
     )
+    return plan if rig.has_pole else replace(plan, damping_m_s=0.0, rest=CART_REST)
 
 
 @dataclass(frozen=True)

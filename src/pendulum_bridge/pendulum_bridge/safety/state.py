@@ -10,6 +10,7 @@ from pendulum_bridge.safety.cart_direction import CartDirection
 from pendulum_bridge.safety.encoder_check import EncoderCheck, Encoders
 from pendulum_bridge.safety.limits import Limits
 from pendulum_bridge.safety.rail_guard import RailGuard, make_rail_guard
+from pendulum_bridge.safety.reasons import Reason
 from pendulum_bridge.safety.reset import Reset, SwingDown, make_swing_down
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_bridge.safety.two_writers import Writers
@@ -46,7 +47,7 @@ class Counts:
     samples: samples that were not finite.
     during_reset: commands during a reset.
     of_two_writers: commands while two writers sent at once.
-    after_standstill: commands that may have waited while the driver stood still.
+    after_standstill: commands that had waited, or may have while the driver stood still.
     while_inactive: commands while the driver was not active.
     """
 
@@ -73,10 +74,11 @@ class Safety:
     unused_s: s; time left over for slewing, see `limits.compute_left_s`.
     in_vain_s: s; how long the rail guard has pushed without effect.
     writers: who has sent commands lately.
-    resumed_s: s, monotonic; when the last standstill of the driver ended.
-    last_word: whether somebody sends PWM 0 when the driver no longer can.
+    resumed_s: s, monotonic; when the last standstill of the driver ended, or it was activated.
+    last_word: why nobody sends PWM 0 when the driver no longer can; None while somebody does.
     counts: what was refused.
     active: whether commands and resets are accepted.
+    command_ages_s: s; of the last commands, see `command_waits`.
     """
 
     ages: Ages
@@ -91,9 +93,10 @@ class Safety:
     in_vain_s: float = 0.0
     writers: Writers = Writers()  # noqa: RUF009 (frozen)
     resumed_s: float = -math.inf
-    last_word: bool = True
+    last_word: Reason | None = None
     counts: Counts = Counts()
     active: bool = True
+    command_ages_s: tuple[float, ...] = ()
 
 
 def make_rules(
