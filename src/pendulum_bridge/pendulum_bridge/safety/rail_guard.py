@@ -104,10 +104,8 @@ def make_rail_guard(
             f"m), found {rig.rail_half_length_m:g} m: measure both, and correct the twin file"
         )
     more = (1 + spread) / (1 - spread)
-    gain, friction = (
-        rig.force_per_pwm_n / rig.total_mass_kg,
-        rig.cart_viscous_n_s_m / rig.total_mass_kg,
-    )
+    gain = rig.force_per_pwm_n / rig.total_mass_kg
+    friction = rig.cart_viscous_n_s_m / rig.total_mass_kg
     return RailGuard(
         end_m=end,
         reach_m=reach,
