@@ -103,17 +103,22 @@ def test_a_reset_and_500_steps(client: Any) -> None:
         client.send_payload((pwm, reset), ">dd")
         return client.receive_payload(">dddd")
 
+    def bring_to_rest() -> bool:
+        step(0.0, 0.0)
+        still = 0
+        for _ in range(2000):
+            pole_rad, pole_rate, cart_m, cart_velocity = step(0.0, 1.0)
+            calm = abs(pole_rate) < 0.2 and abs(cart_velocity) < 0.05
+            is_there = abs(pole_rad - math.pi) < 0.05 and abs(cart_m) < 0.03
+            still = still + 1 if calm and is_there else 0
+            if still == 20:
+                return True
+        return False
+
     for _ in range(20):
         step(0.4, 0.0)  # out of the middle
-    step(0.0, 0.0)
-    still = 0
-    for _ in range(2000):
-        pole_rad, pole_rate, cart_m, cart_velocity = step(0.0, 1.0)
-        calm = abs(pole_rate) < 0.2 and abs(cart_velocity) < 0.05
-        still = still + 1 if calm and abs(pole_rad - math.pi) < 0.05 and abs(cart_m) < 0.03 else 0
-        if still == 20:
-            break
-    assert still == 20, "the reset did not bring the pendulum to rest"
+    # on a busy machine the rig gives a reset up; a client lets go of it, and asks again
+    assert any(bring_to_rest() for _ in range(5)), "no reset brought the pendulum to rest"
     samples = [step(0.1 * (-1) ** (k // 15), 0.0) for k in range(500)]
     carts = [sample[2] for sample in samples]
     assert max(carts) - min(carts) > 0.02
