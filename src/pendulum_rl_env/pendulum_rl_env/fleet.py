@@ -172,6 +172,11 @@ class Fleet:
         """Return the measured states now, (count, 4), after a reset where an episode is over."""
         return self._lanes.shown
 
+    @property
+    def pwm_limit(self) -> float:
+        """Return the largest command that is applied: the smallest limit of task and twins."""
+        return self._rules.pwm_limit
+
     def step(self, commands: Floats) -> Course:
         """Hold commands (PWM fractions, (count,)) for a period and return the episodes."""
         step_all(

@@ -77,7 +77,7 @@ def _make_corrected_environments(
     twins = _perturb_twins(knowledge.twins, PERTURBED_TWINS, options.seed)
     other_seed = options.seed + EVALUATION_SEED_OFFSET
     others = _perturb_twins(knowledge.twins, EVALUATION_EPISODES, other_seed)
-    task = _make_task(options, knowledge)
+    task = _make_task(options, knowledge, correction.base.task.pwm_limit)
     short = replace(task, steps=preset.episode_steps or task.steps)
     spread = preset.start_spread
     fleet = Fleet(twins, preset.environments, short, encoders, spread, options.seed)
