@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 
 from pendulum_rl_env.arithmetic import compiled
 from pendulum_twin.arrays import Floats
-from pendulum_twin.rig import Rig, check_number
+from pendulum_twin.rig import LARGEST_PWM, Rig, check_number
 
 EPISODE_S = 512 * 0.03
-LARGEST_PWM = 1.0  # a rig whose pwm_limit is larger has its command in another unit, such as volts
 HANGING = (0.0, math.pi, 0.0, 0.0)
 
 

@@ -19,7 +19,7 @@ RECENT_S = 0.1  # age of the requests that may be applied now
 # tilted rail of 0.9 m the rail guard refuses a part of it from 0.5 m on, and a cart that begins at
 # 0.8 m goes the other way
 NEAR_SHARE = 0.5
-UNEQUAL_PWM = 0.02  # PWM fraction; smaller differences between request and applied do not count
+UNEQUAL_PWM = 0.02  # PWM fraction, see `Bounds.unequal`
 
 
 class StopReason(Enum):
@@ -75,6 +75,8 @@ class Bounds:
     pole_rad_s: rad/s; largest rate of the pole.
     silence_s: s; longest time without a new sample.
     overruled_s: s; how much longer than it obeys the driver may send another command.
+    unequal: PWM fraction, or the unit of the rig's command; smaller differences between request
+        and applied do not count.
 
     Raises BadInputError for a bound that is NaN or not above 0.
     """
@@ -85,6 +87,7 @@ class Bounds:
     pole_rad_s: float = 40.0
     silence_s: float = 0.2
     overruled_s: float = 0.5
+    unequal: float = UNEQUAL_PWM
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -152,7 +155,7 @@ def watch_sample(
     """
     exceeded = find_exceeded_bound(state, bounds)
     outside = watch.outside + 1 if exceeded else 0
-    change = -period_s if is_obeyed(applied, watch.requests) else period_s
+    change = -period_s if is_obeyed(applied, watch.requests, bounds.unequal) else period_s
     watch = replace(watch, outside=outside, overruled_s=max(watch.overruled_s + change, 0.0))
     if exceeded and outside >= SAMPLES_BEYOND_IN_A_ROW:
         return watch, exceeded
@@ -169,12 +172,12 @@ def note_request(command: float, period_s: float, watch: Watch) -> Watch:
     return replace(watch, requests=(*watch.requests, command)[-kept:])
 
 
-def is_obeyed(applied: float, requests: tuple[float, ...]) -> bool:
+def is_obeyed(applied: float, requests: tuple[float, ...], unequal: float = UNEQUAL_PWM) -> bool:
     """Tell whether the applied command is a recent request or between two of them.
 
     Between: a driver whose slew is limited passes from one request to the next.
     """
-    return min(requests) - UNEQUAL_PWM <= applied <= max(requests) + UNEQUAL_PWM
+    return min(requests) - unequal <= applied <= max(requests) + unequal
 
 
 def find_missing_samples(gap_s: float, bounds: Bounds) -> Stopped | None:
