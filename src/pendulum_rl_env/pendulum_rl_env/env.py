@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 from pendulum_rl_env.noise import NoiseFilter
 from pendulum_rl_env.rendering import RENDER_MODES, Renderer
 from pendulum_rl_env.reward import compute_reward
-from pendulum_rl_env.task import End, Task, find_end, make_observation
+from pendulum_rl_env.task import End, Task, check_commands, find_end, make_observation
 from pendulum_rl_env.transport import Transport
-from pendulum_twin.errors import BadInputError
 
 Observation = NDArray[np.float32]
 
@@ -82,12 +81,9 @@ class PendulumEnv(gym.Env[Observation, Observation]):
 
         Raises BadInputError for a command that is no number, NoAnswerError when no sample comes.
         """
-        wanted = np.asarray(action, dtype=np.float64).reshape(-1)[0]
-        if not np.isfinite(wanted):
-            raise BadInputError(
-                f"expected a finite PWM fraction, found {wanted}: the policy is broken"
-            )
-        command = float(np.clip(wanted, -self._limit, self._limit))
+        wanted = np.asarray(action, dtype=np.float64).reshape(-1)[:1]
+        check_commands(wanted)
+        command = float(np.clip(wanted[0], -self._limit, self._limit))
         sample = self.transport.exchange(command)
         self._state = self._noise.select(sample).state
         self._steps += 1

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from pendulum_rl_env.arithmetic import compiled
 from pendulum_twin.arrays import Floats
+from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import LARGEST_PWM, Rig, check_number
 
 EPISODE_S = 512 * 0.03
@@ -119,6 +120,15 @@ def find_end_number(x, v, w, limits):
     if not abs(w) <= limits[2]:
         return 3
     return 0
+
+
+def check_commands(commands: Floats) -> None:
+    """Raise BadInputError for a command of a policy that is no finite number."""
+    broken = commands[~np.isfinite(commands)]
+    if len(broken):
+        raise BadInputError(
+            f"expected a finite PWM fraction, found {broken[0]}: the policy is broken"
+        )
 
 
 def find_end(state: Floats, task: Task) -> End:
