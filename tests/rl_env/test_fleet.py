@@ -11,8 +11,9 @@ from support.hidden_physics import HIDDEN, INTECO
 import pendulum_rl_env  # noqa: F401 (registers)
 from pendulum_rl_env.env import PendulumEnv
 from pendulum_rl_env.fleet import SPREAD_RANGE, Fleet
+from pendulum_rl_env.in_process import make_twin_env, make_twin_vector_env
 from pendulum_rl_env.kernel_transport import KernelTransport
-from pendulum_rl_env.task import End
+from pendulum_rl_env.task import End, Task
 from pendulum_rl_env.vector_env import PendulumVectorEnv
 from pendulum_twin.encoders import Encoders
 from pendulum_twin.errors import BadInputError
@@ -153,6 +154,13 @@ def test_its_arguments_are_heeded() -> None:
     quarter = Fleet([INTECO], 1)
     assert env.step(full)[0][0] == pytest.approx(quarter.step(np.array([0.25])).seen[0])
     assert [bool(env.step(still)[3].any()) for _ in range(7)] == [*[False] * 5, True, False]
+
+
+@pytest.mark.parametrize("step_s", [0.03, 0.015])
+def test_an_episode_has_as_many_seconds_at_another_sample_time(step_s: float) -> None:
+    env = make_twin_vector_env(2, step_s=step_s)
+    assert env.fleet.task == Task.make_for_step(step_s)
+    assert make_twin_env(step_s=step_s).unwrapped.task == Task.make_for_step(step_s)
 
 
 @pytest.mark.parametrize("wrong", [np.nan, np.inf])

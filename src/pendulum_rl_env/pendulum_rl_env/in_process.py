@@ -59,6 +59,9 @@ def make_twin_env(
     render_mode: "rgb_array" for pictures, "human" for a window.
     pwm_limit: largest command of the policy that is to play; None for the task's own.
 
+    The caller limits the length of episodes. `gymnasium.make` does so after 512 steps whatever
+    step_s is: with another than 0.03 s give it max_episode_steps=Task.make_for_step(step_s).steps.
+
     Raises BadInputError when the twin's own limit is of another unit, see `check_limits`.
     """
     loaded = load_learnable_twin(twin)
@@ -82,7 +85,8 @@ def make_twin_vector_env(
     num_envs: how many pendulums.
     spread: share of episodes that begin anywhere, see `Fleet`.
     render_mode: None, for there are no pictures of many pendulums.
-    max_episode_steps: length of an episode; None for the task's own.
+    max_episode_steps: length of an episode; None for the task's own number of seconds.
+        `gymnasium.make_vec` gives 512 where it gets none.
     Other arguments: see `make_twin_env`.
 
     Raises BadInputError for a render mode, and as `make_twin_env` does.
@@ -104,4 +108,4 @@ def _make_task(twin: Twin, step_s: float, pwm_limit: float | None) -> Task:
     """Return the task in a twin, for a policy whose largest command is known or not."""
     if pwm_limit is not None:
         check_limits(pwm_limit, twin.rig.pwm_limit, twin.name)
-    return Task(step_s=step_s).allow_commands(twin.rig).take_limit(pwm_limit)
+    return Task.make_for_step(step_s).allow_commands(twin.rig).take_limit(pwm_limit)
