@@ -204,6 +204,9 @@ class Events:
     @staticmethod
     def clock_set_back(bench: Bench, node: ExcitationNode) -> None:
         states = bench.user.create_publisher(JointState, "/rig/joint_states", SAMPLES)
+        bench.ros.until(
+            lambda: node._run.performance.playback.sample >= 0, "a sample that is answered"
+        )
         old = to_joint_state(["cart", "pole"], np.array([0.0, np.pi, 0.0, 0.0]), PERIOD_NS)
         bench.ros.until(lambda: states.publish(old) or node.over, "the end")
 
