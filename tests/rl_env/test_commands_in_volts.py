@@ -28,9 +28,9 @@ ACTIONS = np.random.default_rng(3).uniform(-1, 1, (40, 1)).astype(np.float32)
 
 
 @pytest.mark.parametrize(
-    ("limit", "expected"), [(None, 0.5), (0.3, 0.5), (1.0, 0.5), (VOLTS, VOLTS)]
+    ("limit", "expected"), [(None, 0.5), (0.3, 0.3), (0.5, 0.5), (1.0, 0.5), (VOLTS, VOLTS)]
 )
-def test_only_commands_that_are_no_fraction_widen_the_task(
+def test_a_smaller_limit_narrows_the_task_and_one_that_is_no_fraction_widens_it(
     limit: float | None, expected: float
 ) -> None:
     assert Task().allow_commands(replace(RIG, pwm_limit=limit)).pwm_limit == expected

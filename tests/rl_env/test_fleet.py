@@ -11,10 +11,12 @@ from support.hidden_physics import HIDDEN, INTECO
 import pendulum_rl_env  # noqa: F401 (registers)
 from pendulum_rl_env.env import PendulumEnv
 from pendulum_rl_env.fleet import SPREAD_RANGE, Fleet
+from pendulum_rl_env.in_process import make_twin_env, make_twin_vector_env
 from pendulum_rl_env.kernel_transport import KernelTransport
-from pendulum_rl_env.task import End
+from pendulum_rl_env.task import End, Task
 from pendulum_rl_env.vector_env import PendulumVectorEnv
 from pendulum_twin.encoders import Encoders
+from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin
 
 COARSE = Encoders(57e-6, 2 * math.pi / 4096)
@@ -124,3 +126,46 @@ def test_the_vector_environment_keeps_gymnasiums_contract() -> None:
             break
     assert terminated.all() and info["final_obs"][0, 0] > 0.7 and seen[0, 0] == 0
     assert info["final_info"]["episode"]["r"][0] < 0 and info["final_info"]["end"][0] == End.RAIL
+
+
+ID = "pendulum_rl_env/InvertedPendulum-v0"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "said"),
+    [
+        ({"stepp_s": 0.02}, TypeError, "stepp_s"),
+        ({"pwm_limit": 6.0}, BadInputError, "expected a rig that takes commands up to 6"),
+        ({"max_episode_steps": 0}, BadInputError, "steps: expected a number from 1"),
+        ({"render_mode": "rgb_array"}, BadInputError, "render_mode: expected None .*'rgb_array'"),
+    ],
+)
+def test_arguments_that_it_does_not_have_are_refused(
+    arguments: dict, error: type[Exception], said: str
+) -> None:
+    with pytest.raises(error, match=said):
+        gym.make_vec(ID, num_envs=2, **arguments)
+
+
+def test_its_arguments_are_heeded() -> None:
+    env = gym.make_vec(ID, num_envs=2, pwm_limit=0.25, max_episode_steps=7, render_mode=None)
+    env.reset(seed=1)
+    still, full = np.zeros((2, 1), dtype=np.float32), np.ones((2, 1), dtype=np.float32)
+    quarter = Fleet([INTECO], 1)
+    assert env.step(full)[0][0] == pytest.approx(quarter.step(np.array([0.25])).seen[0])
+    assert [bool(env.step(still)[3].any()) for _ in range(7)] == [*[False] * 5, True, False]
+
+
+@pytest.mark.parametrize("step_s", [0.03, 0.015])
+def test_an_episode_has_as_many_seconds_at_another_sample_time(step_s: float) -> None:
+    env = make_twin_vector_env(2, step_s=step_s)
+    assert env.fleet.task == Task.make_for_step(step_s)
+    assert make_twin_env(step_s=step_s).unwrapped.task == Task.make_for_step(step_s)
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf])
+def test_an_action_that_is_no_number_is_the_policy_s_fault(wrong: float) -> None:
+    env = gym.make_vec(ID, num_envs=2)
+    env.reset(seed=1)
+    with pytest.raises(BadInputError, match=f"found {wrong}: the policy is broken"):
+        env.step(np.array([[0.1], [wrong]], dtype=np.float32))

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import sys
 
-from pendulum_rl_env.task import LARGEST_PWM
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.rig import LARGEST_PWM
 
 
 def check_limits(policy_limit: float, rig_limit: float | None, rig: str) -> None:

@@ -8,6 +8,7 @@ learning for robot control, ICRA 2019; Silver et al., Residual policy learning, 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -56,10 +57,18 @@ class Corrector:
         task = correction.base.task
         self._controllers = correction.base.make_controllers(count)
         self._bound, self._limit = correction.bound * task.pwm_limit, task.pwm_limit
+        self._largest = self._limit
         self._scale = USUAL_SHARE * np.array(task.limits)
         self._commands = np.zeros(count)
         self._features = np.zeros((count, FEATURES), dtype=np.float32)
         self.begin(range(count), np.tile(HANGING, (count, 1)))  # compiles, before any episode
+
+    def heed_limit(self, rig_limit: float) -> None:
+        """Clip commands from now on as the rig does, whose observers then know what is applied.
+
+        rig_limit: largest command that the rig takes; infinite where that is not known.
+        """
+        self._largest = min(self._limit, rig_limit)
 
     def begin(self, rows: Iterable[int], measured: Floats) -> None:
         """Begin episodes of some pendulums at measured states (pendulums, 4)."""
@@ -91,9 +100,12 @@ class Corrector:
         return self._features.copy()
 
     def choose_commands(self, actions: Any) -> Floats:
-        """Return the corrected commands, PWM fractions (pendulums,); actions from -1 to 1."""
+        """Return the corrected commands, PWM fractions (pendulums,); actions from -1 to 1.
+
+        The controllers are told what they are.
+        """
         wanted = np.clip(np.asarray(actions, dtype=np.float64).reshape(-1), -1.0, 1.0)
-        chosen = np.clip(self._commands + self._bound * wanted, -self._limit, self._limit)
+        chosen = np.clip(self._commands + self._bound * wanted, -self._largest, self._largest)
         for controller, command in zip(self._controllers, chosen.tolist(), strict=True):
             controller.note_command(command)
         return chosen
@@ -124,6 +136,7 @@ class CorrectedEnv(gym.Wrapper[Any, Any, Any, Any]):
     ) -> tuple[Observations, dict[str, Any]]:
         """Begin an episode."""
         _, info = self.env.reset(seed=seed, options=options)
+        self._corrector.heed_limit(info.get("pwm_limit", math.inf))
         self._corrector.begin([0], info["state"][None])
         return self._corrector.show()[0], info
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -12,9 +13,8 @@ from numpy.typing import NDArray
 from pendulum_rl_env.noise import NoiseFilter
 from pendulum_rl_env.rendering import RENDER_MODES, Renderer
 from pendulum_rl_env.reward import compute_reward
-from pendulum_rl_env.task import End, Task, find_end, make_observation
+from pendulum_rl_env.task import End, Task, check_commands, find_end, make_observation
 from pendulum_rl_env.transport import Transport
-from pendulum_twin.errors import BadInputError
 
 Observation = NDArray[np.float32]
 
@@ -23,7 +23,8 @@ class PendulumEnv(gym.Env[Observation, Observation]):
     """Swing the pole up and keep it up.
 
     Observation: float32 (5,): x, m; v, m/s; sin and cos of the angle from upright; w, rad/s.
-    Action: float32 (1,): PWM fraction within +-0.5; see `Task.allow_commands` for other units.
+    Action: float32 (1,): PWM fraction within +-0.5; see `Task.allow_commands` for other limits
+        and units.
     Reward: `reward.compute_reward` of the state that the action led to.
     Start: hanging at rest in the middle.
     End: terminated beyond the task's limits, with a penalty in place of the reward; a wrapper
@@ -34,7 +35,8 @@ class PendulumEnv(gym.Env[Observation, Observation]):
     state: (4,) measured x, th, v, w.
     end: "none", "rail", "cart_speed" or "pole_speed".
     noise_dropped: samples rejected as noise so far.
-    applied_pwm: command after the limit.
+    applied_pwm: command after the limits of task and rig. What a driver does beyond its limit
+        (slew, rail guard) does not count; it is on the topic `applied_pwm`.
 
     render_mode: "rgb_array" for pictures of cart and pole, "human" for a window.
     """
@@ -57,6 +59,7 @@ class PendulumEnv(gym.Env[Observation, Observation]):
             -self.task.pwm_limit, self.task.pwm_limit, (1,), np.float32
         )
         self._noise = NoiseFilter(self.task)
+        self._limit = self.task.pwm_limit
         self._state = np.array([0.0, np.pi, 0.0, 0.0])
         self._steps = 0
         self._renderer = Renderer(render_mode, self.task.x_limit_m, self.task.step_s)
@@ -68,6 +71,7 @@ class PendulumEnv(gym.Env[Observation, Observation]):
         super().reset(seed=seed)
         sample = self._noise.start(self.transport.reset())
         self._state, self._steps = sample.state, 0
+        self._limit = min(self.task.pwm_limit, sample.info.get("pwm_limit", math.inf))
         self._renderer.follow(self._state, 0.0)
         info = self._make_info(sample.info, End.NONE, 0.0)
         return make_observation(self._state, self.task), info
@@ -77,13 +81,9 @@ class PendulumEnv(gym.Env[Observation, Observation]):
 
         Raises BadInputError for a command that is no number, NoAnswerError when no sample comes.
         """
-        limit = self.task.pwm_limit
-        wanted = np.asarray(action, dtype=np.float64).reshape(-1)[0]
-        if not np.isfinite(wanted):
-            raise BadInputError(
-                f"expected a finite PWM fraction, found {wanted}: the policy is broken"
-            )
-        command = float(np.clip(wanted, -limit, limit))
+        wanted = np.asarray(action, dtype=np.float64).reshape(-1)[:1]
+        check_commands(wanted)
+        command = float(np.clip(wanted[0], -self._limit, self._limit))
         sample = self.transport.exchange(command)
         self._state = self._noise.select(sample).state
         self._steps += 1

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pendulum_rl_env.arithmetic import compiled
 from pendulum_rl_env.kernel_transport import count_samples
 from pendulum_rl_env.reward import compute_reward_and_end
-from pendulum_rl_env.task import Task
+from pendulum_rl_env.task import Task, check_commands
 from pendulum_rl_env.waiting import announce_compiling
 from pendulum_twin import lanes as live
 from pendulum_twin.arrays import Floats, Ints, Mask
@@ -172,8 +172,18 @@ class Fleet:
         """Return the measured states now, (count, 4), after a reset where an episode is over."""
         return self._lanes.shown
 
+    @property
+    def pwm_limit(self) -> float:
+        """Return the largest command that is applied: the smallest limit of task and twins."""
+        return self._rules.pwm_limit
+
     def step(self, commands: Floats) -> Course:
-        """Hold commands (PWM fractions, (count,)) for a period and return the episodes."""
+        """Hold commands (PWM fractions, (count,)) for a period and return the episodes.
+
+        Raises BadInputError for a command that is no finite number.
+        """
+        commands = np.array(commands, dtype=np.float64).reshape(self.count)
+        check_commands(commands)
         step_all(
             self._code,
             self._kinds,
@@ -182,7 +192,7 @@ class Fleet:
             self.course,
             self._rules,
             self._random,
-            np.array(commands, dtype=np.float64).reshape(self.count),
+            commands,
         )
         return self.course
 

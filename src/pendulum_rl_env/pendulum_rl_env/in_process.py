@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -58,12 +59,13 @@ def make_twin_env(
     render_mode: "rgb_array" for pictures, "human" for a window.
     pwm_limit: largest command of the policy that is to play; None for the task's own.
 
+    The caller limits the length of episodes. `gymnasium.make` does so after 512 steps whatever
+    step_s is: with another than 0.03 s give it max_episode_steps=Task.make_for_step(step_s).steps.
+
     Raises BadInputError when the twin's own limit is of another unit, see `check_limits`.
     """
     loaded = load_learnable_twin(twin)
-    if pwm_limit is not None:
-        check_limits(pwm_limit, loaded.rig.pwm_limit, loaded.name)
-    task = Task(step_s=step_s).allow_commands(loaded.rig).take_limit(pwm_limit)
+    task = _make_task(loaded, step_s, pwm_limit)
     transport = KernelTransport(loaded, step_s, encoders)
     return scale_actions(PendulumEnv(transport, task, render_mode))
 
@@ -74,14 +76,36 @@ def make_twin_vector_env(
     step_s: float = 0.03,
     encoders: Encoders = EXACT,
     spread: float = 0.0,
-    **_: Any,
+    render_mode: str | None = None,
+    pwm_limit: float | None = None,
+    max_episode_steps: int | None = None,
 ) -> PendulumVectorEnv:
     """Return `InvertedPendulum-v0` many times, for `gymnasium.make_vec`.
 
     num_envs: how many pendulums.
     spread: share of episodes that begin anywhere, see `Fleet`.
+    render_mode: None, for there are no pictures of many pendulums.
+    max_episode_steps: length of an episode; None for the task's own number of seconds.
+        `gymnasium.make_vec` gives 512 where it gets none.
     Other arguments: see `make_twin_env`.
+
+    Raises BadInputError for a render mode, and as `make_twin_env` does.
     """
+    if render_mode is not None:
+        raise BadInputError(
+            "render_mode: expected None for many pendulums in one call, found "
+            f"{render_mode!r}: make one with gymnasium.make, or give make_vec "
+            "vectorization_mode='sync'"
+        )
     loaded = load_learnable_twin(twin)
-    task = Task(step_s=step_s).allow_commands(loaded.rig)
+    task = _make_task(loaded, step_s, pwm_limit)
+    if max_episode_steps is not None:
+        task = replace(task, steps=max_episode_steps)
     return PendulumVectorEnv(Fleet([loaded], num_envs, task, encoders, spread))
+
+
+def _make_task(twin: Twin, step_s: float, pwm_limit: float | None) -> Task:
+    """Return the task in a twin, for a policy whose largest command is known or not."""
+    if pwm_limit is not None:
+        check_limits(pwm_limit, twin.rig.pwm_limit, twin.name)
+    return Task.make_for_step(step_s).allow_commands(twin.rig).take_limit(pwm_limit)

@@ -60,7 +60,8 @@ class KernelTransport:
         """Do nothing: a twin in process holds no resource."""
 
     def _make_sample(self, dt_s: float) -> Sample:
-        return Sample(self._lanes.shown[0].copy(), self._steps * self.step_s, {"dt_s": dt_s})
+        info = {"dt_s": dt_s, "pwm_limit": self._limit}
+        return Sample(self._lanes.shown[0].copy(), self._steps * self.step_s, info)
 
 
 def count_samples(step_s: float) -> int:

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from pendulum_rl_env.arithmetic import compiled
 from pendulum_twin.arrays import Floats
-from pendulum_twin.rig import Rig, check_number
+from pendulum_twin.errors import BadInputError
+from pendulum_twin.rig import LARGEST_PWM, Rig, check_number
 
 EPISODE_S = 512 * 0.03
-LARGEST_PWM = 1.0  # a rig whose pwm_limit is larger has its command in another unit, such as volts
 HANGING = (0.0, math.pi, 0.0, 0.0)
 
 
@@ -58,7 +58,7 @@ class Task:
     def __post_init__(self) -> None:
         check_number("step_s", self.step_s, 0.001, 1.0)
         check_number("steps", self.steps, 1, 1e6)
-        check_number("pwm_limit", self.pwm_limit, 1e-3, 1e6)
+        check_number("pwm_limit", self.pwm_limit, 1e-6, 1e6)
         for name in ("x_limit_m", "v_limit_m_s", "w_limit_rad_s"):
             check_number(name, getattr(self, name), 1e-3, 1e3)
 
@@ -69,10 +69,15 @@ class Task:
         return cls(step_s=step_s, steps=round(EPISODE_S / step_s))
 
     def allow_commands(self, rig: Rig) -> Task:
-        """Return the task for a rig: up to its largest command, where that is no PWM fraction."""
-        if rig.pwm_limit is None or rig.pwm_limit <= LARGEST_PWM:
+        """Return the task for a rig: up to its largest command.
+
+        Of a PWM fraction no more is used than the task's own limit.
+        """
+        if rig.pwm_limit is None:
             return self
-        return replace(self, pwm_limit=rig.pwm_limit)
+        is_fraction = rig.pwm_limit <= LARGEST_PWM
+        limit = min(self.pwm_limit, rig.pwm_limit) if is_fraction else rig.pwm_limit
+        return replace(self, pwm_limit=limit)
 
     def take_limit(self, pwm_limit: float | None) -> Task:
         """Return the task with another largest command; None leaves it as it is."""
@@ -115,6 +120,15 @@ def find_end_number(x, v, w, limits):
     if not abs(w) <= limits[2]:
         return 3
     return 0
+
+
+def check_commands(commands: Floats) -> None:
+    """Raise BadInputError for a command of a policy that is no finite number."""
+    broken = commands[~np.isfinite(commands)]
+    if len(broken):
+        raise BadInputError(
+            f"expected a finite PWM fraction, found {broken[0]}: the policy is broken"
+        )
 
 
 def find_end(state: Floats, task: Task) -> End:

@@ -17,7 +17,8 @@ class Sample:
     state: (4,) x (m), th (rad, 0 upright, not wrapped), v (m/s), w (rad/s).
     stamp_s: s; sampling time on the transport's own clock.
     info: what the transport reports of the exchange, copied into the environment's `info`: dt_s
-        (s since the last sample), and over topics age_s, latency_s, overrun_s and counts.
+        (s since the last sample), pwm_limit (the largest command that the rig takes, where that
+        is known), and over topics age_s, latency_s, overrun_s and counts.
     """
 
     state: Floats

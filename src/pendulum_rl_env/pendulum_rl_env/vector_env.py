@@ -47,7 +47,10 @@ class PendulumVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         return self.fleet.reset(first).copy(), {}
 
     def step(self, actions: Any) -> Any:
-        """Hold actions (n, 1) within +-1, times the PWM limit, for a period."""
+        """Hold actions (n, 1) within +-1, times the PWM limit, for a period.
+
+        Raises BadInputError for an action that is no finite number.
+        """
         scaled = np.asarray(actions, dtype=np.float64).reshape(-1)
         course = self.fleet.step(scaled * self.fleet.task.pwm_limit)
         terminated = course.end != End.NONE

@@ -14,6 +14,7 @@ from pendulum_twin.suggest import hint_at_names
 CART_KEYS = ("cart_mass_kg", "force_per_pwm_n", "cart_viscous_n_s_m")
 POLE_KEYS = ("pole_mass_kg", "com_distance_m", "pole_inertia_kg_m2", "pole_viscous_n_m_s")
 
+LARGEST_PWM = 1.0  # a rig whose pwm_limit is larger has its command in another unit, such as volts
 # Lowest and highest value that is believed; open at 0 where a division needs it.
 RANGES: dict[str, tuple[float, float]] = {
     "cart_mass_kg": (1e-6, 1e6),

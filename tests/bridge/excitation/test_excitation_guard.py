@@ -55,6 +55,7 @@ STILL = RigState(0.0, math.pi, 0.0, 0.0)
 PLAN = make_excitation(
     Plan((Push(), Steps(seconds=2, amplitude=0.3), Rest(seconds=1, centred=True))), Envelope()
 )
+UNPUSHED = make_excitation(Plan((Samples(commands=(0.1,) * 99, centred=False),)), Envelope())
 
 
 @pytest.mark.parametrize("reason", StopReason)
@@ -154,7 +155,7 @@ def test_obeyed_is_between_recent_commands() -> None:
 
 def test_silence_is_missing_samples() -> None:
     assert find_missing_samples(0.2, BOUNDS) is None
-    assert "none for 0.25 s, at most 0.2 s" in find_missing_samples(0.25, BOUNDS).sentence
+    assert "no new one for 0.25 s, at most 0.2 s" in find_missing_samples(0.25, BOUNDS).sentence
 
 
 @pytest.mark.parametrize("bad", [math.nan, 0.0, -1.0])
@@ -287,6 +288,37 @@ def test_silence_counts_from_the_start_of_the_look() -> None:
     run = begin_looking(5.0, Run())
     assert find_silence(5.1, run, BOUNDS) is None
     assert find_silence(5.3, run, BOUNDS).reason is StopReason.SAMPLES_MISSING
+
+
+def playing(count: int) -> Run:
+    """Return a run that has answered so many samples of a plan without a push."""
+    run = enter_stage(Stage.PLAYING, 0.0, Run())
+    for stamp_ns in stamps(count, first_ns=10**13):
+        run = take_sample(stamp_ns, STILL, 0.0, 1.0, run, UNPUSHED, BOUNDS).run
+    return run
+
+
+@pytest.mark.parametrize("back_s", [3600.0, 2.0, 0.25])
+def test_a_clock_that_is_set_back_stops_the_plan(back_s: float) -> None:
+    """Every sample would be older than one that was answered: no command, and no silence."""
+    stamp_ns = stamps(9, first_ns=10**13)[-1] - round(1e9 * back_s)
+    step = take_sample(stamp_ns, STILL, 0.0, 1.01, playing(9), UNPUSHED, BOUNDS)
+    assert step.command == 0.0 and step.run.stage is Stage.STOPPED
+    assert step.run.stopped.reason is StopReason.CLOCK_SET_BACK
+    assert f"found one {back_s:.3g} s before the last" in step.run.stopped.sentence
+
+
+@pytest.mark.parametrize("back_s", [0.0, 0.1])
+def test_samples_that_are_not_newer_are_as_good_as_none(back_s: float) -> None:
+    stamp_ns, run = stamps(9, first_ns=10**13)[-1] - round(1e9 * back_s), playing(9)
+    for now_s in (1.1, 1.19, 1.21):
+        step = take_sample(stamp_ns, STILL, 0.0, now_s, run, UNPUSHED, BOUNDS)
+        run = step.run
+        assert step.command is None and run.stage is Stage.PLAYING
+        silence = find_silence(now_s, run, BOUNDS)
+        assert (silence.reason if silence else None) == (
+            StopReason.SAMPLES_MISSING if now_s > 1.2 else None
+        )
 
 
 def test_a_run_says_where_it_is() -> None:

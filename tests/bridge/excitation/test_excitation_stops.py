@@ -13,7 +13,17 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import Bool, Float64  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
-from support.excitation_bench import BUSY_S, LONG, PUSHED, TWIN, Bench, StepRig, make, written  # noqa: E402
+from support.excitation_bench import (  # noqa: E402
+    BUSY_S,
+    LONG,
+    PERIOD_NS,
+    PUSHED,
+    TWIN,
+    Bench,
+    StepRig,
+    make,
+    written,
+)
 from support.ros_graph import Graph  # noqa: E402
 
 from pendulum_bridge.excitation.guard import StopReason  # noqa: E402
@@ -192,6 +202,15 @@ class Events:
         bench.ros.until(lambda: states.publish(bad) or node.over, "the end")
 
     @staticmethod
+    def clock_set_back(bench: Bench, node: ExcitationNode) -> None:
+        states = bench.user.create_publisher(JointState, "/rig/joint_states", SAMPLES)
+        bench.ros.until(
+            lambda: node._run.performance.playback.sample >= 0, "a sample that is answered"
+        )
+        old = to_joint_state(["cart", "pole"], np.array([0.0, np.pi, 0.0, 0.0]), PERIOD_NS)
+        bench.ros.until(lambda: states.publish(old) or node.over, "the end")
+
+    @staticmethod
     def silence(bench: Bench, node: ExcitationNode) -> None:
         bench.ros.executor.remove_node(bench.rig)
 
@@ -213,7 +232,12 @@ EVENTS = [
         StopReason.SAMPLE_MALFORMED,
         r"expected a joint named cart, found \['pole'\]",
     ),
-    (Events.silence, StopReason.SAMPLES_MISSING, r"none for [\d.]+ s, at most 0.8 s"),
+    (
+        Events.clock_set_back,
+        StopReason.CLOCK_SET_BACK,
+        r"expected stamps that go on, found one [\d.e+]+ s before the last: see that nothing sets",
+    ),
+    (Events.silence, StopReason.SAMPLES_MISSING, r"no new one for [\d.]+ s, at most 0.8 s"),
     (Events.abort, StopReason.ABORTED, r"\(plays (push|rest): \d\.\d s of 60.9 s"),
 ]
 

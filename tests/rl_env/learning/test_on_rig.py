@@ -2,7 +2,10 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
+import gymnasium as gym
 import pytest
 
 pytest.importorskip("rclpy")
@@ -11,6 +14,8 @@ from support.paths import CONFIG
 from support.served_twin import served_twin
 
 from pendulum_rl_env import evaluate, train
+from pendulum_rl_env.learning import environments
+from pendulum_rl_env.learning.preset import IN_PROCESS, OVER_TOPICS, load_preset
 
 TWIN = str(CONFIG / "inteco.yaml")
 SHORT = """
@@ -46,6 +51,24 @@ def test_a_policy_is_trained_on_the_rig_and_tried_there(
         )
         summary = json.loads(capsys.readouterr().out)
         assert summary["episodes"] == 1 and summary["mean_steps"] <= 100
+
+
+@pytest.mark.parametrize("step_s", [0.03, 0.015])
+def test_an_episode_on_the_rig_has_as_many_seconds_at_another_sample_time(
+    monkeypatch: pytest.MonkeyPatch, step_s: float
+) -> None:
+    """As in the twin, and where it is evaluated."""
+    make = gym.make
+
+    def make_twin_instead(name: str, namespace: str, **arguments: Any) -> gym.Env[Any, Any]:
+        assert (name, namespace) == (OVER_TOPICS, "rig")
+        return make(IN_PROCESS, **arguments)
+
+    monkeypatch.setattr(environments.gym, "make", make_twin_instead)
+    options = SimpleNamespace(rig="rig", twin=None, step_s=step_s)
+    training, _ = environments.make_environments(options, load_preset("frugal", IN_PROCESS))
+    (env,) = training.envs
+    assert env.spec.max_episode_steps == round(512 * 0.03 / step_s)
 
 
 def test_a_rig_that_is_not_there_ends_in_a_sentence(

@@ -1,6 +1,7 @@
 """The environment over real topics, on a twin in lockstep."""
 
 import warnings
+from dataclasses import replace
 
 import gymnasium as gym
 import numpy as np
@@ -144,6 +145,20 @@ def test_policies_carry_over(domain) -> None:
                 assert np.array_equal(ours[0], theirs[0]) and ours[1:4] == theirs[1:4]
         finally:
             there.close()
+
+
+def test_a_smaller_limit_of_the_rig_is_known(domain, tmp_path) -> None:
+    save_twin(Twin("weak", replace(DELAYED.rig, pwm_limit=0.2)), tmp_path / "weak.yaml")
+    with served_twin(domain, "rig", lockstep=True, twin=str(tmp_path / "weak.yaml")):
+        env = make_ros_env(lockstep=True)
+        try:
+            env.reset()
+            for action, applied in ((1.0, 0.2), (0.2, 0.1)):
+                info = env.step(np.array([action], dtype=np.float32))[4]
+                assert info["applied_pwm"] == pytest.approx(applied, abs=1e-6)
+                assert info["pwm_limit"] == 0.2
+        finally:
+            env.close()
 
 
 def test_wrong_use_is_told_in_a_sentence(transport: TopicTransport) -> None:

@@ -11,12 +11,15 @@ from pendulum_twin.errors import BadInputError
 
 # samples beyond a bound that stop the plan: a single sample may be a spike of the encoder
 SAMPLES_BEYOND_IN_A_ROW = 2
+# a sample that is stamped so much before the last one shows that its clock was set back: samples
+# come in the order of their stamps, however long they wait
+SET_BACK_S = 0.2
 RECENT_S = 0.1  # age of the requests that may be applied now
 # of the rail's half length; farther out a plan does not begin, as its first push has no room: on a
 # tilted rail of 0.9 m the rail guard refuses a part of it from 0.5 m on, and a cart that begins at
 # 0.8 m goes the other way
 NEAR_SHARE = 0.5
-UNEQUAL_PWM = 0.02  # PWM fraction; smaller differences between request and applied do not count
+UNEQUAL_PWM = 0.02  # PWM fraction, see `Bounds.unequal`
 
 
 class StopReason(Enum):
@@ -33,6 +36,7 @@ class StopReason(Enum):
     EMERGENCY_STOP = "The emergency stop is latched"
     DRIVER_ERROR = "The driver reports an error"
     SAMPLES_MISSING = "The rig's samples are missing"
+    CLOCK_SET_BACK = "The clock of the rig's samples was set back"
     SAMPLE_MALFORMED = "A sample could not be read"
     RATE_WRONG = "The rig's samples do not come at the rate of the plan"
     PUSH_UNEVEN = "The first push was not sent evenly, so it cannot show the cart's direction"
@@ -69,8 +73,10 @@ class Bounds:
     near_m: m; largest distance of the cart from the middle when the plan begins.
     cart_m_s: m/s; largest speed of the cart.
     pole_rad_s: rad/s; largest rate of the pole.
-    silence_s: s; longest time without a sample.
+    silence_s: s; longest time without a new sample.
     overruled_s: s; how much longer than it obeys the driver may send another command.
+    unequal: PWM fraction, or the unit of the rig's command; smaller differences between request
+        and applied do not count.
 
     Raises BadInputError for a bound that is NaN or not above 0.
     """
@@ -81,6 +87,7 @@ class Bounds:
     pole_rad_s: float = 40.0
     silence_s: float = 0.2
     overruled_s: float = 0.5
+    unequal: float = UNEQUAL_PWM
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -148,7 +155,7 @@ def watch_sample(
     """
     exceeded = find_exceeded_bound(state, bounds)
     outside = watch.outside + 1 if exceeded else 0
-    change = -period_s if is_obeyed(applied, watch.requests) else period_s
+    change = -period_s if is_obeyed(applied, watch.requests, bounds.unequal) else period_s
     watch = replace(watch, outside=outside, overruled_s=max(watch.overruled_s + change, 0.0))
     if exceeded and outside >= SAMPLES_BEYOND_IN_A_ROW:
         return watch, exceeded
@@ -165,18 +172,30 @@ def note_request(command: float, period_s: float, watch: Watch) -> Watch:
     return replace(watch, requests=(*watch.requests, command)[-kept:])
 
 
-def is_obeyed(applied: float, requests: tuple[float, ...]) -> bool:
+def is_obeyed(applied: float, requests: tuple[float, ...], unequal: float = UNEQUAL_PWM) -> bool:
     """Tell whether the applied command is a recent request or between two of them.
 
     Between: a driver whose slew is limited passes from one request to the next.
     """
-    return min(requests) - UNEQUAL_PWM <= applied <= max(requests) + UNEQUAL_PWM
+    return min(requests) - unequal <= applied <= max(requests) + unequal
 
 
 def find_missing_samples(gap_s: float, bounds: Bounds) -> Stopped | None:
-    """Return why to stop after gap_s (s) without a sample; None when that is short."""
+    """Return why to stop after gap_s (s) without a new sample; None when that is short."""
     if gap_s <= bounds.silence_s:
         return None
     return Stopped(
-        StopReason.SAMPLES_MISSING, f"none for {gap_s:.2g} s, at most {bounds.silence_s:.2g} s"
+        StopReason.SAMPLES_MISSING,
+        f"no new one for {gap_s:.2g} s, at most {bounds.silence_s:.2g} s",
+    )
+
+
+def find_clock_set_back(behind_s: float) -> Stopped | None:
+    """Return why to stop after a sample stamped behind_s (s) before the last; None when near."""
+    if behind_s <= SET_BACK_S:
+        return None
+    return Stopped(
+        StopReason.CLOCK_SET_BACK,
+        f"expected stamps that go on, found one {behind_s:.3g} s before the last: see that "
+        "nothing sets the clock meanwhile, then play the plan again",
     )

@@ -12,6 +12,7 @@ from pendulum_bridge.excitation.guard import (
     Stopped,
     StopReason,
     Watch,
+    find_clock_set_back,
     find_missing_samples,
     note_request,
     watch_sample,
@@ -38,7 +39,7 @@ class Move:
     """Hold the performance after a sample, and what to send for it.
 
     performance: the state for the next sample.
-    command: PWM fraction; None for a sample without an answer, 0 at the end.
+    command: PWM fraction; None for a sample that is not new, 0 at the end.
     done: whether the plan has been played to its end.
     stopped: why the plan was stopped before its end; None when it was not.
     """
@@ -64,7 +65,9 @@ def perform(
     """
     answer = answer_sample(stamp_ns, state.cart_m, state.cart_m_s, performance.playback, plan)
     if answer.command is None:
-        return Move(Performance(answer.playback, performance.watch), None)
+        stopped = find_clock_set_back((performance.playback.stamp_ns - stamp_ns) / 1e9)
+        command = 0.0 if stopped else None
+        return Move(Performance(answer.playback, performance.watch), command, stopped=stopped)
     playback = answer.playback
     watch, stopped = watch_sample(state, applied, playback.gap_s, performance.watch, bounds)
     stopped = (

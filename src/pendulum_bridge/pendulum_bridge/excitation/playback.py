@@ -2,7 +2,7 @@
 
 Samples are counted by their stamps, not by their number: a lost sample takes its command along, so
 that the plan stays on the rig's clock. The period is followed slowly, as the rig's clock and the
-clock of the stamps differ a little. Late samples and samples out of order get no command.
+clock of the stamps differ a little. Samples out of order get no command.
 """
 
 from __future__ import annotations

@@ -61,7 +61,8 @@ class Run:
 
     stage: where it is.
     since_s: s, monotonic; when the stage began.
-    sampled_s: s, monotonic; when the last sample came; None before the first.
+    sampled_s: s, monotonic; when the last sample came, while it plays the last new one; None
+        before the first.
     stamps_ns: ns; stamps of the samples that show the rate, since it was measured last.
     looks_hz: Hz; the rate as it was measured before, each time a wrong one.
     resets: resets that have been done before the plan.
@@ -139,14 +140,29 @@ def take_sample(
     applied: PWM fraction; what the driver last reported as sent.
     now_s: s, monotonic; when the sample came.
     """
+    if run.stage is Stage.PLAYING:
+        return _play_sample(stamp_ns, state, applied, now_s, run, plan, bounds)
     run = replace(run, sampled_s=now_s)
     if run.stage is Stage.LOOKING:
         return Step(_look_at_rate(stamp_ns, now_s, run, plan), 0.0)
     if run.stage is Stage.PASSING:
         return Step(_pass_over_sample(state, now_s, run, bounds), 0.0)
-    if run.stage is not Stage.PLAYING:
-        return Step(run)
+    return Step(run)
+
+
+def _play_sample(
+    stamp_ns: int,
+    state: RigState,
+    applied: float,
+    now_s: float,
+    run: Run,
+    plan: Excitation,
+    bounds: Bounds,
+) -> Step:
+    """Return the run after a sample of the plan; one that is not new is as good as none."""
     move = perform(stamp_ns, state, applied, run.performance, plan, bounds)
+    if move.command is not None:
+        run = replace(run, sampled_s=now_s)
     if move.command is not None and run.performance.playback.way is None:
         run = replace(run, push=send_push(move.command, now_s, stamp_ns / 1e9, run.push))
         judged = move.performance.playback.way is not None

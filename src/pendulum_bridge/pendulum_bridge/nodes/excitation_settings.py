@@ -8,7 +8,7 @@ from typing import ClassVar
 from rclpy.exceptions import InvalidNamespaceException
 from rclpy.validate_namespace import validate_namespace
 
-from pendulum_bridge.excitation.guard import NEAR_SHARE, Bounds
+from pendulum_bridge.excitation.guard import NEAR_SHARE, UNEQUAL_PWM, Bounds
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.nodes.settings import (
     check_settings,
@@ -120,6 +120,7 @@ def make_bounds(settings: ExcitationSettings, room: Envelope) -> Bounds:
         settings.cart_limit_m_s,
         settings.pole_limit_rad_s,
         *settings.patience_s,
+        UNEQUAL_PWM * room.unit,
     )
 
 

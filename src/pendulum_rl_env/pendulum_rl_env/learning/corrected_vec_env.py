@@ -28,8 +28,9 @@ class CorrectedVecEnv(VecEnvWrapper):
         fixed_seed: int | None = None,
     ) -> None:
         super().__init__(fleet, make_feature_space())
-        self._fleet, self._limit = fleet, correction.base.task.pwm_limit
+        self._fleet, self._limit = fleet, fleet.task.pwm_limit
         self._corrector = Corrector(correction, fleet.num_envs)
+        self._corrector.heed_limit(fleet.pwm_limit)
         self._deduction, self._fixed_seed = deduction, fixed_seed
 
     def reset(self) -> Any:

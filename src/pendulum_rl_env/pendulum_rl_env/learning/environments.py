@@ -50,7 +50,12 @@ def make_environments(
     if options.rig is not None:
         if pwm_limit is None and options.twin is not None:
             pwm_limit = Task().allow_commands(load_learnable_twin(options.twin).rig).pwm_limit
-        topics = {"namespace": options.rig, "step_s": options.step_s, "pwm_limit": pwm_limit}
+        topics = {
+            "namespace": options.rig,
+            "step_s": options.step_s,
+            "pwm_limit": pwm_limit,
+            "max_episode_steps": Task.make_for_step(options.step_s).steps,
+        }
         rig = DummyVecEnv([lambda: Monitor(gym.make(OVER_TOPICS, **topics))])
         return rig, rig
     if options.env != IN_PROCESS:
@@ -77,7 +82,7 @@ def _make_corrected_environments(
     twins = _perturb_twins(knowledge.twins, PERTURBED_TWINS, options.seed)
     other_seed = options.seed + EVALUATION_SEED_OFFSET
     others = _perturb_twins(knowledge.twins, EVALUATION_EPISODES, other_seed)
-    task = _make_task(options, knowledge)
+    task = _make_task(options, knowledge, correction.base.task.pwm_limit)
     short = replace(task, steps=preset.episode_steps or task.steps)
     spread = preset.start_spread
     fleet = Fleet(twins, preset.environments, short, encoders, spread, options.seed)

@@ -42,6 +42,11 @@ class FleetVecEnv(VecEnv):
         return self._fleet.task
 
     @property
+    def pwm_limit(self) -> float:
+        """Return the largest command that is applied."""
+        return self._fleet.pwm_limit
+
+    @property
     def measured(self) -> Floats:
         """Return the measured states now, (n, 4), after a reset where an episode is over."""
         return self._fleet.measured

@@ -27,9 +27,10 @@ def make_ros_env(
 
     Actions are scaled as in `InvertedPendulum-v0`, so policies carry over. Close it in a
     `finally`. Arguments: see `TopicTransport`; render_mode "rgb_array" for pictures, "human" for a
-    window. Without a pwm_limit commands go up to the task's own, a PWM fraction of 0.5.
+    window. Without a pwm_limit commands go up to the task's own, a PWM fraction of 0.5. The caller
+    limits the length of episodes, see `make_twin_env`.
     """
-    task = Task(step_s=step_s).take_limit(pwm_limit)
+    task = Task.make_for_step(step_s).take_limit(pwm_limit)
     compute_reward(np.array(HANGING), task)  # compiles it; within a step there is no time
     transport = TopicTransport(
         namespace, lockstep, step_s, deadline_s, reset_deadline_s, pwm_limit

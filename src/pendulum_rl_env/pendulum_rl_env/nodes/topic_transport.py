@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 
 from pendulum_rl_env.command_limits import check_limits
 from pendulum_rl_env.nodes.rig_client import CONNECT_S, RigClient
@@ -39,6 +40,9 @@ class TopicTransport:
     lost: samples since the reset that never came, by the gaps between stamps.
     stale: samples since the reset that were out of order; in lockstep, answers to commands of
         another program.
+
+    pwm_limit: largest command that the rig takes, as of the last reset; infinite where it states
+        none.
 
     Whatever leaves `reset` or `exchange` other than by a return, Ctrl-C included, publishes PWM 0
     first, as `close` does: close it in a `finally`. A driver sets PWM to 0 by itself 0.2 s after
@@ -78,17 +82,17 @@ class TopicTransport:
             while True:  # a sample may come before the subscription is complete: then once more
                 answer = client.reset(end_s - time.monotonic())
                 if (sample := self._pace.begin(parse_stamp(answer))) is not None:
-                    return sample
+                    return _report_limit(sample, client)
 
     def exchange(self, command: float) -> Sample:
         """Publish a command (PWM fraction) and return the sample at the end of its step.
 
         Raises NoAnswerError when no such sample comes.
         """
-        with self._stop_on_error():
+        with self._stop_on_error() as client:
             if not math.isfinite(command):
                 raise BadInputError(f"command: expected a finite PWM fraction, found {command}")
-            return self._pace.exchange(command)
+            return _report_limit(self._pace.exchange(command), client)
 
     def close(self) -> None:
         """Publish PWM 0 and end the node; a second time does nothing."""
@@ -118,3 +122,9 @@ class TopicTransport:
                     f"{error}; the last that came could not be read: {client.unreadable}"
                 ) from error
             raise
+
+
+def _report_limit(sample: Sample, client: RigClient) -> Sample:
+    """Return the sample with the rig's limit in its info."""
+    limit = math.inf if client.pwm_limit is None else client.pwm_limit
+    return replace(sample, info={**sample.info, "pwm_limit": limit})

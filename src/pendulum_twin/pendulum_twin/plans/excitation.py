@@ -22,9 +22,9 @@ from pendulum_twin.plans.waveforms import LEAD_S, PUSH_S, Envelope, Wave, make_p
 
 SHORTEST_S = 40.0
 SLOWEST_HZ = 20.0
-STIFFNESS = 0.12  # command per m, of the limit 0.5: weak
-DAMPING = 0.08  # command per m/s, as weak
-WALL_STIFFNESS = 0.6  # command per m beyond the free part of the rail
+STIFFNESS = 0.12  # PWM fraction per m: weak, beside a limit of 0.5
+DAMPING = 0.08  # PWM fraction per m/s, as weak
+WALL_STIFFNESS = 0.6  # PWM fraction per m beyond the free part of the rail
 LEAST_TRAVEL_M = 0.003  # below it the push does not show the direction
 FREE_SHARE = 0.3  # of the half rail: beyond it the cart is sent back even in rests
 
@@ -55,6 +55,7 @@ class Excitation:
         in which nothing is centred or sent back.
     free_m: m from the middle, beyond which the cart is sent back even in rests.
     stretches: name of each stretch and the sample after its last, in order.
+    unit: command that does as much as a PWM fraction of 1.
     """
 
     commands: Floats
@@ -64,6 +65,7 @@ class Excitation:
     push_ends: int | None
     free_m: float
     stretches: tuple[tuple[str, int], ...] = ()
+    unit: float = 1.0
 
     @property
     def seconds(self) -> float:
@@ -92,6 +94,7 @@ def compose_plan(
         round((LEAD_S + 2 * PUSH_S) * rate_hz) if pushed else None,
         FREE_SHARE * room.half_length_m,
         tuple((stretch.name, end) for stretch, end in zip(stretches, ends, strict=True)),
+        room.unit,
     )
 
 
@@ -122,7 +125,7 @@ def make_standard_pieces(
     random = np.random.default_rng(seed)
     # name, share of the plan's length, commands, centred
     waves: tuple[tuple[str, float, Wave, bool], ...] = (
-        ("push", 0.025, make_push, False),
+        ("push", 0.025, make_push(room), False),
         ("rising sweep", 0.20, waveforms.make_sweep(room, 0.3, 3.0), True),
         ("rest", 0.065, make_rest, False),
         ("tones", 0.13, waveforms.make_tones(room, random), True),
@@ -152,7 +155,7 @@ def compute_command(plan: Excitation, k: int, cart_m: float, cart_m_s: float, wa
     beyond = cart_m - min(max(cart_m, -plan.free_m), plan.free_m)
     if beyond:
         inwards += WALL_STIFFNESS * beyond + DAMPING * cart_m_s * (1 - plan.centring[k])
-    return min(max(float(plan.commands[k]) - way * inwards, -plan.limit), plan.limit)
+    return min(max(float(plan.commands[k]) - way * plan.unit * inwards, -plan.limit), plan.limit)
 
 
 def find_command_direction(travel_m: float) -> int:

@@ -76,7 +76,7 @@ class Push:
 
     def make_stretches(self, room: Envelope, rate_hz: float) -> list[Stretch]:
         """Return the push and the rest after it."""
-        return [_make_stretch("push", waveforms.make_push, self.seconds, rate_hz, False)]
+        return [_make_stretch("push", waveforms.make_push(room), self.seconds, rate_hz, False)]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,13 +19,13 @@ import numpy as np
 
 from pendulum_twin.arrays import Floats
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.rig import Rig
+from pendulum_twin.rig import LARGEST_PWM, Rig
 
 # evenly spaced times from the wave's start, s (at least two) -> commands
 Wave = Callable[[Floats], Floats]
 
 TONES_HZ = (0.31, 0.47, 0.73, 1.09, 1.51, 2.03, 2.69, 3.37)
-PUSH, PUSH_S = 0.3, 0.15  # command and length of the first push
+PUSH, PUSH_S = 0.3, 0.15  # PWM fraction and length of the first push
 LEAD_S = 0.3  # rest before it, so that delay and lag begin with nothing under way
 LONGEST_HOLD_S = 0.45  # of a step
 EDGE_S = 0.5  # in which many tones fade in and out
@@ -39,22 +39,29 @@ class Envelope:
     acceleration_m_s2: of the cart per unit of command (p1/m).
     swing_hz: of the hanging pole by itself.
     half_length_m: of the rail, from its middle to either end.
+    unit: command that does as much as a PWM fraction of 1.
     """
 
     limit: float = 0.5
     acceleration_m_s2: float = 18.6
     swing_hz: float = 1.07
     half_length_m: float = 0.9
+    unit: float = 1.0
 
 
 def make_envelope(rig: Rig) -> Envelope:
-    """Return the envelope of a rig; raise BadInputError without cart, drive or rail length."""
+    """Return the envelope of a rig; raise BadInputError without cart, drive or rail length.
+
+    A limit that is no PWM fraction counts as one of 0.5. A PWM fraction means the same whatever
+    the rig's limit is, so its unit stays 1.
+    """
     if not rig.force_per_pwm_n or rig.rail_half_length_m is None:
         raise BadInputError(
             "excitation: expected a rig with a cart, force_per_pwm_n above 0 and "
             "rail_half_length_m, found one missing"
         )
     usual = Envelope()
+    limit = rig.pwm_limit or usual.limit
     turning = rig.total_mass_kg * rig.gravity_m_s2 * (rig.com_distance_m or 0.0)
     swing_hz = (
         math.sqrt(turning / rig.pole_inertia_kg_m2) / (2 * math.pi)
@@ -62,19 +69,27 @@ def make_envelope(rig: Rig) -> Envelope:
         else 0.0
     )
     return Envelope(
-        rig.pwm_limit or usual.limit,
+        limit,
         rig.force_per_pwm_n / rig.total_mass_kg,
         swing_hz or usual.swing_hz,
         rig.rail_half_length_m,
+        limit / usual.limit if limit > LARGEST_PWM else 1.0,
     )
 
 
-def make_push(t: Floats) -> Floats:
-    """Rest, push the positive way, twice as long back, and again: the cart ends where it began."""
-    since = (t - LEAD_S) / PUSH_S
-    return PUSH * np.select(
-        [since < -1e-9, since < 1, since < 3, since < 4], [0.0, 1.0, -1.0, 1.0], 0.0
-    )
+def make_push(room: Envelope) -> Wave:
+    """Return a rest, a push the positive way, twice as long back, and again.
+
+    The cart ends where it began.
+    """
+
+    def compute(t: Floats) -> Floats:
+        since = (t - LEAD_S) / PUSH_S
+        return (PUSH * room.unit) * np.select(
+            [since < -1e-9, since < 1, since < 3, since < 4], [0.0, 1.0, -1.0, 1.0], 0.0
+        )
+
+    return compute
 
 
 def make_rest(t: Floats) -> Floats:

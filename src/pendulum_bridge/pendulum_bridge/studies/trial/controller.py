@@ -194,13 +194,14 @@ def _compute_command(
     x, ph, v, w = state
     t = stand.k * tuning.period_s
     if stand.mode is Mode.PUSH:
-        return float(waveforms.make_push(np.array([t]))[0])
+        return float(waveforms.make_push(tuning.room)(np.array([t]))[0])
+    way = stand.way * tuning.room.unit
     if stand.mode is Mode.RETURN:
-        return -stand.way * (RETURN_STIFFNESS * x + RETURN_DAMPING * v)
+        return -way * (RETURN_STIFFNESS * x + RETURN_DAMPING * v)
     dither = DITHER[stand.mode.value] * float(tuning.tones[min(stand.k, len(tuning.tones) - 1)])
     if stand.mode is Mode.FOLLOW:
         course = sum(size * math.sin(math.tau * hz * (t - BEGIN_S)) for size, hz in COURSE)
-        return dither - stand.way * (STIFFNESS * (x - course) + DAMPING * v)
+        return dither - way * (STIFFNESS * (x - course) + DAMPING * v)
     since_s = (stand.k - stand.swinging_from) * tuning.period_s
     aim = AIMS[0] + (AIMS[1] - AIMS[0]) * math.fmod(since_s / AIMING_S, 1.0)
     wanted = (
