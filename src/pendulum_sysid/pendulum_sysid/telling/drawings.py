@@ -34,14 +34,18 @@ def collect_drawings(findings: Findings, split: Split) -> Drawings:
 
 
 def draw_overlays(before: WindowRuns, after: WindowRuns) -> tuple[Overlay, ...]:
-    """Return the runs of both twins beside what was measured, a channel each."""
+    """Return the runs of both twins beside what was measured, a channel each.
+
+    Samples that are missing are NaN: their places hold no measurement.
+    """
+    measured = np.where(after.counts > 0.0, after.measured, np.nan)
     times = after.begin_s[:, None] + after.period_s * np.arange(after.measured.shape[1])
     return tuple(
         Overlay(
             JOINTS[joint],
             UNITS[joint],
             times,
-            after.measured[..., k],
+            measured[..., k],
             before.runs[..., k],
             after.runs[..., k],
         )
