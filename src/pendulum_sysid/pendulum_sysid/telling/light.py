@@ -70,11 +70,22 @@ def list_doubts(verdict: Verdict) -> tuple[str, ...]:
 
 
 def compute_lost_share(verdict: Verdict) -> float:
-    """Return the share of time, 0 to 1, in which faults took samples away."""
-    lost = sum(
-        end - begin
+    """Return the share of time, 0 to 1, in which faults took samples away.
+
+    The time goes from the first sample to the end of the recording, pauses included. A moment in
+    which two faults took samples away counts once.
+    """
+    lost = sorted(
+        interval
         for fault in verdict.data_quality
         if fault.kind in LOST_KINDS
-        for begin, end in fault.intervals_s
+        for interval in fault.intervals_s
     )
-    return min(lost / max(verdict.recording.seconds, 1e-9), 1.0)
+    end_s = max([verdict.recording.seconds, *(end for _, end in lost)])
+    if verdict.drawings is not None and len(verdict.drawings.motion.times_s):
+        end_s = max(end_s, float(verdict.drawings.motion.times_s[-1]))
+    lost_s = reached_s = 0.0
+    for begin, end in lost:
+        lost_s += max(end - max(begin, reached_s), 0.0)
+        reached_s = max(reached_s, end)
+    return min(lost_s / max(end_s, 1e-9), 1.0)
