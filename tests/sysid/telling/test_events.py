@@ -19,7 +19,7 @@ from pendulum_sysid import pipeline
 from pendulum_sysid.fitting.noise_floor import NoiseFloor
 from pendulum_sysid.fitting.window_runs import WindowRuns
 from pendulum_sysid.records import Outcome, Recording
-from pendulum_sysid.telling.events import find_events, list_events
+from pendulum_sysid.telling.events import Events, find_events, list_events
 from pendulum_sysid.telling.outcome import Findings, decide_outcome
 from pendulum_twin.free_runs import run_freely
 from pendulum_twin.parameter_vector import make_theta
@@ -47,6 +47,11 @@ def test_a_few_windows_far_above_the_others_are_events() -> None:
     assert events.intervals_s == ((5.0, 7.0), (15.0, 16.0))
     assert "acts on the rig at 5 to 7 s and 15 to 16 s: a touch" in events.sentence
     assert "elsewhere the improved twin's error is 1 times its noise floor" in events.sentence
+
+
+def test_times_after_a_thousand_seconds_are_told_in_full() -> None:
+    late = Events(((1010.25, 1011.3), (20000.0, 20001.0)), 1.0)
+    assert "at 1010.2 to 1011.3 s and 20000 to 20001 s: a touch" in late.sentence
 
 
 @pytest.mark.parametrize(

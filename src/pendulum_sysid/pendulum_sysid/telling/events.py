@@ -32,13 +32,18 @@ class Events:
     @property
     def sentence(self) -> str:
         """Return a clause for a person."""
-        spans = [f"{begin:.3g} to {end:.3g} s" for begin, end in self.intervals_s]
+        spans = [f"{_format(begin)} to {_format(end)} s" for begin, end in self.intervals_s]
         where = spans[0] if len(spans) == 1 else f"{', '.join(spans[:-1])} and {spans[-1]}"
         return (
             f"Something that no effect of the catalogue explains acts on the rig at {where}: a "
             "touch, a stop, a cable or a spot of the rail; elsewhere the improved twin's error "
             f"is {max(self.rest, 1.0):.2g} times its noise floor"
         )
+
+
+def _format(time_s: float) -> str:
+    """Return a time with tenths of a second, where it has them."""
+    return f"{time_s:.1f}".removesuffix(".0")
 
 
 def list_events(findings: Findings) -> Events | None:

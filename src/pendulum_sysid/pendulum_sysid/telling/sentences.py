@@ -64,7 +64,7 @@ def write_answer(
             place = findings.laws[0].curve.kind.place.value
         return (
             f"Physics is missing at the {place} that no effect of the catalogue explains; "
-            f"{errors}, {compute_floors(findings).after:.2g} times the noise floor."
+            f"{errors}, {format_number(compute_floors(findings).after, 2)} times the noise floor."
             f"{laws}{signs}{certain}{part}{describe_rest(findings)}"
         )
     effects = [describe_effect(effect.effect, findings.final) for effect in named]
@@ -168,11 +168,11 @@ def describe_masking(named: tuple[Named, ...], findings: Findings) -> tuple[str,
     return tuple(sentences)
 
 
-def format_number(value: float) -> str:
-    """Return a number with three significant digits, in full from 1000 on."""
+def format_number(value: float, digits: int = 3) -> str:
+    """Return a number with so many significant digits; its whole part stands in full."""
     if not np.isfinite(value):
         return "beyond measure"
-    return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.3g}"
+    return f"{value:.0f}" if abs(value) >= 10**digits else f"{value:.{digits}g}"
 
 
 def _describe_inseparable(named: tuple[Named, ...], findings: Findings) -> list[str]:

@@ -104,7 +104,9 @@ class MeasuredLaw:
         law: kind of the law, as in the twin file.
         place: where in the chain from command to sensor it acts.
         variables: over which it is a curve.
-        knots: places of the values, evenly spaced over what the recording visited.
+        knots: places of the values: evenly spaced over what the recording visited, or the whole
+            turn; of a formula up to a quarter of that range more on either side, or about its
+            edge; of hysteresis each a fixed ratio above the one before.
         values: at the knots, in `unit`; a formula's where one does as well as the curve.
         low, high: ends of the 95 % intervals of the curve there.
         unit: of the values; "1" for a ratio.
