@@ -106,7 +106,7 @@ def diagnose_prepared(prepared: Prepared, progress: Progress, began: float) -> V
         verdict,
         trials=answer.trials,
         overlays=overlays,
-        drawings=collect_drawings(findings, prepared.split),
+        drawings=collect_drawings(findings, prepared.split.held_out),
     )
 
 
@@ -327,5 +327,6 @@ def is_at_noise(case: Case, split: Split, fit: Fit, floor: NoiseFloor | None) ->
 
 
 def run_parts(case: Case, split: Split) -> dict[str, WindowRuns]:
-    """Return the free runs of the case's twin, keyed "train" and "held_out" as the windows."""
-    return {"train": run_windows(case, split.train), "held_out": run_windows(case, split.held_out)}
+    """Return the free runs of the case's twin, keyed as the windows of the split."""
+    parts = {"train": split.train, "learn": split.learn, "held_out": split.held_out}
+    return {name: run_windows(case, windows) for name, windows in parts.items()}

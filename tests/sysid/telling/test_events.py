@@ -95,7 +95,7 @@ def test_runs_that_are_far_off_for_their_smoothed_starts_alone_are_no_events(
             "named": (),
             "laws": (),
             "floor": FLOOR,
-            "after": {"train": make_runs(errors), "held_out": make_runs(errors)},
+            "after": {"learn": make_runs(errors), "held_out": make_runs(errors)},
             "learned_misfit": 1.0,
             "held_out_misfit": misfit,
         }
@@ -126,12 +126,17 @@ def strike(at_s: tuple[float, ...], seconds: float) -> Recording:
     return Recording("struck", "sha256:0", Signals(PERIOD_S, command, cart, pole, every, every))
 
 
-def test_a_pole_that_was_struck_is_said_to_have_been_touched() -> None:
-    """It was said that physics is missing at the cart."""
-    verdict = pipeline.diagnose([strike((11.3,), 20.0)], INTECO, lambda line: None)
+@pytest.mark.parametrize(
+    ("at_s", "seconds", "says"), [(11.3, 20.0, "11 to 12 s"), (29.3, 40.0, "29 to 30 s")]
+)
+def test_a_pole_that_was_struck_is_said_to_have_been_touched(
+    at_s: float, seconds: float, says: str
+) -> None:
+    """In a held-out window, and in one that chooses: physics was missing at the cart."""
+    verdict = pipeline.diagnose([strike((at_s,), seconds)], INTECO, lambda line: None)
     assert verdict.outcome is Outcome.NOT_IN_CATALOGUE
     assert verdict.missing_physics == ()
-    assert "acts on the rig at 11 to 12 s: a touch" in verdict.sentence
+    assert f"acts on the rig at {says}: a touch" in verdict.sentence
     assert not verdict.unlike_rig
 
 

@@ -55,7 +55,8 @@ def list_events(findings: Findings) -> Events | None:
         return None
     signals = findings.case.signals
     begins_s = signals.times_s[list(signals.stretch_begins)]
-    return find_events(tuple(findings.after.values()), findings.floor, begins_s)
+    parts = findings.after["learn"], findings.after["held_out"]
+    return find_events(parts, findings.floor, begins_s)
 
 
 def find_events(

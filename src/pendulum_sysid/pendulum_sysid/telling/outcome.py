@@ -31,7 +31,8 @@ class Findings:
     named: effects that the final fit has and the given twin has not.
     location: what the errors of the base fit depend on.
     remains: what the errors of the final fit depend on.
-    before, after: free runs of the given and of the improved twin, by "train" and "held_out".
+    before, after: free runs of the given and of the improved twin, by "train", "learn" (all
+        windows that are not held out) and "held_out".
     floor: what a perfect model reaches on this recording; None where that cannot be measured.
     coming: plan of the next experiment.
     misfits: named effects whose law does not have the shape that is seen; no misfit numbers.
