@@ -137,6 +137,7 @@ def test_a_pole_that_was_struck_is_said_to_have_been_touched(
     assert verdict.outcome is Outcome.NOT_IN_CATALOGUE
     assert verdict.missing_physics == ()
     assert f"acts on the rig at {says}: a touch" in verdict.sentence
+    assert verdict.location is not None and verdict.location.intervals_s == verdict.events_s
     assert not verdict.unlike_rig
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from pendulum_sysid import decisions
 from pendulum_sysid.records import Outcome
-from pendulum_sysid.telling.display import format_number, format_percent
+from pendulum_sysid.telling.display import format_intervals, format_number, format_percent
 from pendulum_sysid.verdict.record import Verdict
 
 RED, AMBER, BLUE = "red", "amber", "blue"
@@ -54,7 +54,9 @@ def list_doubts(verdict: Verdict) -> tuple[str, ...]:
     if verdict.remainder and verdict.remainder.above_noise_floor > decisions.LIGHT_MOST_FLOORS:
         ratio = format_number(verdict.remainder.above_noise_floor)
         doubts.append(f"what remains is {ratio} times the noise floor")
-    if verdict.outcome is Outcome.NOT_IN_CATALOGUE:
+    if verdict.events_s:
+        doubts.append(f"something acted on the rig at {format_intervals(verdict.events_s)}")
+    elif verdict.outcome is Outcome.NOT_IN_CATALOGUE:
         doubts.append("something is missing that has no name")
     if verdict.outcome is Outcome.AMBIGUOUS:
         doubts.append("more than one effect explains the recording")

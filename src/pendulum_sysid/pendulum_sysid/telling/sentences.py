@@ -10,7 +10,7 @@ from pendulum_sysid.fitting.parameters import list_rig_parameters
 from pendulum_sysid.measuring.naming import write_sentence
 from pendulum_sysid.measuring.repeatability import Repeatability
 from pendulum_sysid.records import Fit, Outcome
-from pendulum_sysid.telling.events import list_events
+from pendulum_sysid.telling.events import Events
 from pendulum_sysid.telling.given_values import describe_changed
 from pendulum_sysid.telling.likeness import (
     compute_floors,
@@ -37,16 +37,18 @@ def write_answer(
     named: tuple[Named, ...],
     steady: tuple[MissingEffect, ...],
     findings: Findings,
+    events: Events | None,
 ) -> str:
     """Return the answer of a diagnosis for a person.
 
     named: the effects that the verdict names.
     steady: dry friction that is certain although something else has no name.
+    events: in which all that is unexplained stands; None for other errors.
     """
     errors = _describe_errors(findings)
-    events = list_events(findings)
-    if events is not None and (is_unlike(findings) or outcome is Outcome.NOT_IN_CATALOGUE):
-        return f"{events.sentence}; {errors}."
+    certain = "".join(f" {effect.sentence} This part is certain." for effect in steady)
+    if events is not None:
+        return f"{events.sentence}; {errors}.{certain}"
     if is_unlike(findings):
         closest, random = _describe_closest(named, findings), describe_random(findings)
         return f"{_describe_unlike(findings)}; {errors}.{closest}{random}"
@@ -55,7 +57,6 @@ def write_answer(
         return f"Nothing is missing: other parameters of the rig are enough{changed}; {errors}."
     if outcome is Outcome.NOT_IN_CATALOGUE:
         signs = "".join(f" {describe_effect(effect.effect, findings.final)}" for effect in named)
-        certain = "".join(f" {effect.sentence} This part is certain." for effect in steady)
         changed = "" if findings.laws or named or steady else describe_changed(findings)
         part = f" Other parameters{changed} explain a part of what differs." if changed else ""
         laws = "".join(f" {write_sentence(law)}" for law in findings.laws)

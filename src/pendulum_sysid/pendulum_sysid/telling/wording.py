@@ -72,6 +72,16 @@ OUTCOMES: dict[Outcome, OutcomeWords] = {
     ),
 }
 
+EVENTS = OutcomeWords(  # in place of "not in the catalogue"
+    "!",
+    "Something acted on the rig",
+    "Something that is no law of the rig acted on it at a few times: a touch, a stop, a cable or "
+    "a spot of the rail. No place of the chain is at fault.",
+    when_listed=LISTED,
+    when_empty="Nothing that the twin could hold: what it does not explain stands in a few "
+    "stretches of time, and elsewhere its errors are near the noise floor.",
+)
+
 PLACES: dict[str, str] = {
     "command": "what the input goes through before the drive",
     "drive": "the motor and the belt",
