@@ -13,8 +13,7 @@ import numpy as np
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.noise_floor import NoiseFloor
 from pendulum_sysid.fitting.window_runs import WindowRuns
-from pendulum_sysid.telling.likeness import runs_at_noise
-from pendulum_sysid.telling.outcome import Findings
+from pendulum_sysid.telling.outcome import Findings, runs_at_noise
 from pendulum_twin.arrays import Floats
 
 

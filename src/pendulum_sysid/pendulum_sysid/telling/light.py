@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pendulum_sysid import decisions
 from pendulum_sysid.records import Outcome
 from pendulum_sysid.telling.display import format_intervals, format_number, format_percent
+from pendulum_sysid.telling.error_scale import get_floors
 from pendulum_sysid.verdict.record import Verdict
 
 RED, AMBER, BLUE = "red", "amber", "blue"
@@ -51,9 +52,11 @@ def list_stops(verdict: Verdict) -> tuple[str, ...]:
 def list_doubts(verdict: Verdict) -> tuple[str, ...]:
     """Return what speaks against using the improved twin as it is, a clause each."""
     doubts = []
-    if verdict.remainder and verdict.remainder.above_noise_floor > decisions.LIGHT_MOST_FLOORS:
-        ratio = format_number(verdict.remainder.above_noise_floor)
-        doubts.append(f"what remains is {ratio} times the noise floor")
+    floors = [verdict.remainder.above_noise_floor] if verdict.remainder else []
+    floors += [get_floors(verdict.fit).after] if verdict.fit else []
+    if max(floors, default=0.0) > decisions.LIGHT_MOST_FLOORS:
+        ratio = format_number(max(floors))
+        doubts.append(f"the improved twin's error is {ratio} times the noise floor")
     if verdict.events_s:
         doubts.append(f"something acted on the rig at {format_intervals(verdict.events_s)}")
     elif verdict.outcome is Outcome.NOT_IN_CATALOGUE:

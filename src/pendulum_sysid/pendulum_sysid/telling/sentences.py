@@ -20,9 +20,9 @@ from pendulum_sysid.telling.likeness import (
 from pendulum_sysid.telling.outcome import (
     Findings,
     compute_random_share,
-    compute_remaining_ratio,
     is_motion_effect,
     list_inseparable,
+    runs_at_noise,
 )
 from pendulum_sysid.verdict.record import MissingEffect
 from pendulum_twin.effects import BY_NAME
@@ -54,7 +54,10 @@ def write_answer(
         return f"{_describe_unlike(findings)}; {errors}.{closest}{random}"
     if outcome is Outcome.NOTHING_MISSING:
         changed = describe_changed(findings)
-        return f"Nothing is missing: other parameters of the rig are enough{changed}; {errors}."
+        return (
+            f"Nothing is missing: other parameters of the rig are enough{changed}; {errors}."
+            f"{describe_remaining(findings)}"
+        )
     if outcome is Outcome.NOT_IN_CATALOGUE:
         signs = "".join(f" {describe_effect(effect.effect, findings.final)}" for effect in named)
         changed = "" if findings.laws or named or steady else describe_changed(findings)
@@ -72,11 +75,15 @@ def write_answer(
     with_effects = f"With {'it' if len(named) == 1 else 'them'}, {errors}."
     sentences = [*effects, *_describe_inseparable(named, findings), with_effects]
     sentences += [write_sentence(law) for law in findings.laws]
-    if findings.final.choose > decisions.MISFIT_AT_NOISE:
-        ratio = format_number(compute_remaining_ratio(findings))
-        sentences.append(f"What remains is {ratio} times the noise floor.")
-        return " ".join(sentences) + describe_rest(findings)
-    return " ".join(sentences)
+    return " ".join(sentences) + describe_remaining(findings)
+
+
+def describe_remaining(findings: Findings) -> str:
+    """Return how much remains and what is known of it, after a space; empty at the noise."""
+    if runs_at_noise(findings):
+        return ""
+    ratio = format_number(compute_floors(findings).after)
+    return f" What remains is {ratio} times the noise floor.{describe_rest(findings)}"
 
 
 def describe_rest(findings: Findings) -> str:

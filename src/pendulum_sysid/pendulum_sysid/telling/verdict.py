@@ -27,13 +27,13 @@ from pendulum_sysid.telling.outcome import (
     Findings,
     compute_explained_share,
     compute_random_share,
-    compute_remaining_ratio,
     decide_outcome,
     is_above_noise,
     is_motion_effect,
     list_inseparable,
     list_like,
     list_told,
+    runs_at_noise,
 )
 from pendulum_sysid.telling.sentences import describe_effect, describe_masking, write_answer
 from pendulum_sysid.verdict.record import (
@@ -290,13 +290,13 @@ def describe_law(named: NamedCurve) -> MeasuredLaw:
 
 
 def _describe_remainder(findings: Findings) -> Remainder | None:
-    if findings.final.choose <= decisions.MISFIT_AT_NOISE:
+    if runs_at_noise(findings):
         return None
     evidence = findings.remains.evidence
     finding = "depends on no variable that was asked"
     if evidence:
         finding = f"{evidence[0].variable}: {evidence[0].finding}"
-    ratio = float(compute_remaining_ratio(findings))
+    ratio = compute_floors(findings).after
     repeats, wandering = _describe_repeats(findings), _describe_wandering(findings)
     return Remainder(findings.remains.place, ratio, finding, repeats, wandering)
 

@@ -138,7 +138,10 @@ QUALITY: dict[FaultKind, str] = {
 }
 
 FIT_ROWS: dict[str, tuple[str, str]] = {  # field of FitScores -> words and unit
-    "floors": ("held-out windows, seen by neither: the median window", ""),
+    "floors": (
+        "the error that counts: median held-out window, or as “What the numbers mean” says",
+        "",
+    ),
     "held_out": ("held-out windows, all together", ""),
     "train": ("windows that the fit used, all together", ""),
     "held_out_cart_mm": ("held-out windows, cart", "mm"),
@@ -163,8 +166,11 @@ DEFINITIONS: tuple[tuple[str, str], ...] = (
         "Error in noise floors",
         "Root mean square error of the free runs, cart and pole together in units of their "
         "sensors' noise, over the error that a perfect model reaches. 1 is perfect. The median "
-        "window is told; over all windows together one window near upright, where errors grow, "
-        "may weigh more than all others.",
+        "held-out window is told; over all windows together one window near upright, where errors "
+        "grow, may weigh more than all others. Where it is at the noise although something "
+        "remains, whole windows with fitted start states are told; and where nothing explains the "
+        "error, all held-out windows together, if that is more. Before and after have the same "
+        "measure, 1 at least.",
     ),
     (
         "Noise floor",
