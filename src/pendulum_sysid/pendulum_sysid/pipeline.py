@@ -28,12 +28,11 @@ from pendulum_sysid.finding.naming import (
 )
 from pendulum_sysid.finding.replication import join_intervals, widen_intervals
 from pendulum_sysid.finding.search import Answer
-from pendulum_sysid.finding.separation import drop_wild_windows
 from pendulum_sysid.finding.settled_search import search_settled
 from pendulum_sysid.finding.stages import Stage
+from pendulum_sysid.finding.whole_windows import measure_whole_windows
 from pendulum_sysid.fitting.blas_threads import use_one_blas_thread
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.gauss_newton import refine_start_states
 from pendulum_sysid.fitting.latent_force import measure_latent_force
 from pendulum_sysid.fitting.noise_floor import NoiseFloor, measure_noise_floor
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
@@ -62,6 +61,7 @@ from pendulum_sysid.telling.outcome import (
     decide_outcome,
     is_above_noise,
     is_motion_effect,
+    runs_at_noise,
 )
 from pendulum_sysid.telling.verdict import make_unusable, make_verdict
 from pendulum_sysid.verdict.record import Verdict
@@ -106,7 +106,7 @@ def diagnose_prepared(prepared: Prepared, progress: Progress, began: float) -> V
         verdict,
         trials=answer.trials,
         overlays=overlays,
-        drawings=collect_drawings(findings, prepared.split),
+        drawings=collect_drawings(findings, prepared.split.held_out),
     )
 
 
@@ -114,14 +114,14 @@ def explain_answer(prepared: Prepared, answer: Answer, progress: Progress) -> Fi
     """Return all that a verdict is written from: the search's answer, judged, and laws."""
     case, split = prepared.case, prepared.split
     findings = measure_rest(judge_answer(case, split, answer, progress), split, progress)
-    if findings.final.choose <= decisions.MISFIT_AT_NOISE:
+    if runs_at_noise(findings):
         return findings
     improved = replace(case, twin=findings.final.twin)
-    return replace(
-        findings,
-        repeats=measure_repeatability(improved),
-        wandering=measure_latent_force(improved, split, findings.final.theta),
-    )
+    findings = replace(findings, repeats=measure_repeatability(improved))
+    if findings.final.choose <= decisions.MISFIT_AT_NOISE:  # too little for the size of a force
+        return findings
+    wandering = measure_latent_force(improved, split, findings.final.theta)
+    return replace(findings, wandering=wandering)
 
 
 def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -> Findings:
@@ -138,10 +138,7 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
     windows = cut_windows(case.signals, case.state, WINDOW_S)
     base_runs = run_windows(replace(case, twin=base.twin), windows)
     remainders = measure_remainders(case, best, base)
-    learned, held_out = (
-        drop_wild_windows(case.problem(part), best.theta, best.power)
-        for part in (split.learn, split.held_out)
-    )
+    given_misfits, (learned_misfit, held_out_misfit) = measure_whole_windows(case, split, best)
     findings = Findings(
         case=case,
         base=base,
@@ -157,8 +154,9 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
         coming=plan_next_experiment(case, split, best, answer.ties),
         misfits=tuple(find_misfits(case, best.theta, remainders, names)),
         outweighed=is_outweighed(remainders),
-        learned_misfit=refine_start_states(learned, best.theta).misfit(case.noise),
-        held_out_misfit=refine_start_states(held_out, best.theta).misfit(case.noise),
+        learned_misfit=learned_misfit,
+        held_out_misfit=held_out_misfit,
+        given_misfits=given_misfits,
     )
     if decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE:
         return replace(findings, certain=read_effects(case, base.theta, Use.CERTAIN))
@@ -199,6 +197,7 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     fit, sure = add_readings(case, fit, sure)
     improved = replace(case, twin=fit.twin)
     after = run_parts(improved, split)
+    given_misfits, law_misfits = measure_whole_windows(case, split, fit)
     with_laws = replace(
         findings,
         named=sure,
@@ -210,6 +209,8 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
         after=after,
         remains=localise(case, fit.theta, after["train"]),
         floor=measure_noise_floor(improved, fit.theta, split.held_out),
+        law_misfits=law_misfits,
+        given_misfits=given_misfits,
     )
     left = (with_laws.after["held_out"].score / findings.after["held_out"].score) ** 2
     explains = left < 1.0 - decisions.LEAST_EXPLAINED_SHARE
@@ -327,5 +328,6 @@ def is_at_noise(case: Case, split: Split, fit: Fit, floor: NoiseFloor | None) ->
 
 
 def run_parts(case: Case, split: Split) -> dict[str, WindowRuns]:
-    """Return the free runs of the case's twin, keyed "train" and "held_out" as the windows."""
-    return {"train": run_windows(case, split.train), "held_out": run_windows(case, split.held_out)}
+    """Return the free runs of the case's twin, keyed as the windows of the split."""
+    parts = {"train": split.train, "learn": split.learn, "held_out": split.held_out}
+    return {name: run_windows(case, windows) for name, windows in parts.items()}

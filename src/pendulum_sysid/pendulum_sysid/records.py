@@ -334,7 +334,8 @@ class Overlay:
         channel: "cart" or "pole".
         unit: "m" or "rad".
         times_s: (windows, n) s from the start of the recording.
-        measured, before, after: (windows, n) the measurement and both twins' runs.
+        measured: (windows, n) the measurement; NaN for a sample that is missing.
+        before, after: (windows, n) both twins' runs.
     """
 
     channel: str

@@ -265,6 +265,8 @@ def test_friction_below_none_is_said_to_be_none():
         fitted = FittedShape(step, sizes, np.full(4, 0.1), values, 1.0)
         told = write_sentence(NamedCurve(curve, values, np.zeros(5), 4.0, fitted))
         assert told.endswith("together is below 0, there is none.") == says
+        told = write_sentence(NamedCurve(curve, values, np.zeros(5), 4.0, None))
+        assert told.endswith("together is below 0, there is none.") == says
 
 
 def test_friction_of_one_half_of_the_rail_has_a_sharp_edge():

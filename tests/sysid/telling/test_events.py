@@ -19,7 +19,7 @@ from pendulum_sysid import pipeline
 from pendulum_sysid.fitting.noise_floor import NoiseFloor
 from pendulum_sysid.fitting.window_runs import WindowRuns
 from pendulum_sysid.records import Outcome, Recording
-from pendulum_sysid.telling.events import find_events, list_events
+from pendulum_sysid.telling.events import Events, find_events, list_events
 from pendulum_sysid.telling.outcome import Findings, decide_outcome
 from pendulum_twin.free_runs import run_freely
 from pendulum_twin.parameter_vector import make_theta
@@ -47,6 +47,11 @@ def test_a_few_windows_far_above_the_others_are_events() -> None:
     assert events.intervals_s == ((5.0, 7.0), (15.0, 16.0))
     assert "acts on the rig at 5 to 7 s and 15 to 16 s: a touch" in events.sentence
     assert "elsewhere the improved twin's error is 1 times its noise floor" in events.sentence
+
+
+def test_times_after_a_thousand_seconds_are_told_in_full() -> None:
+    late = Events(((1010.25, 1011.3), (20000.0, 20001.0)), 1.0)
+    assert "at 1010.2 to 1011.3 s and 20000 to 20001 s: a touch" in late.sentence
 
 
 @pytest.mark.parametrize(
@@ -90,7 +95,7 @@ def test_runs_that_are_far_off_for_their_smoothed_starts_alone_are_no_events(
             "named": (),
             "laws": (),
             "floor": FLOOR,
-            "after": {"train": make_runs(errors), "held_out": make_runs(errors)},
+            "after": {"learn": make_runs(errors), "held_out": make_runs(errors)},
             "learned_misfit": 1.0,
             "held_out_misfit": misfit,
         }
@@ -121,12 +126,18 @@ def strike(at_s: tuple[float, ...], seconds: float) -> Recording:
     return Recording("struck", "sha256:0", Signals(PERIOD_S, command, cart, pole, every, every))
 
 
-def test_a_pole_that_was_struck_is_said_to_have_been_touched() -> None:
-    """It was said that physics is missing at the cart."""
-    verdict = pipeline.diagnose([strike((11.3,), 20.0)], INTECO, lambda line: None)
+@pytest.mark.parametrize(
+    ("at_s", "seconds", "says"), [(11.3, 20.0, "11 to 12 s"), (29.3, 40.0, "29 to 30 s")]
+)
+def test_a_pole_that_was_struck_is_said_to_have_been_touched(
+    at_s: float, seconds: float, says: str
+) -> None:
+    """In a held-out window, and in one that chooses: physics was missing at the cart."""
+    verdict = pipeline.diagnose([strike((at_s,), seconds)], INTECO, lambda line: None)
     assert verdict.outcome is Outcome.NOT_IN_CATALOGUE
     assert verdict.missing_physics == ()
-    assert "acts on the rig at 11 to 12 s: a touch" in verdict.sentence
+    assert f"acts on the rig at {says}: a touch" in verdict.sentence
+    assert verdict.location is not None and verdict.location.intervals_s == verdict.events_s
     assert not verdict.unlike_rig
 
 

@@ -6,7 +6,7 @@ import pytest
 from support.drawn_verdicts import ORIGIN, make_named, make_unusable
 
 from pendulum_sysid.records import Outcome, QualityFinding
-from pendulum_sysid.telling.light import AMBER, BLUE, RED, judge_light
+from pendulum_sysid.telling.light import AMBER, BLUE, RED, compute_lost_share, judge_light
 from pendulum_sysid.telling.steps import list_steps
 from pendulum_sysid.telling.window_list import find_worst, list_windows
 from pendulum_sysid.verdict.record import Verdict
@@ -37,6 +37,21 @@ def say_remains(floors: float) -> Verdict:
 def test_blue_only_when_little_remains(verdict: Verdict, colour: str) -> None:
     light = judge_light(verdict)
     assert light.colour == colour and light.title and all(light.reasons)
+
+
+def lose(seconds: float, *faults: QualityFinding) -> float:
+    verdict = replace(make_named(), drawings=None, data_quality=faults)
+    recording = replace(verdict.recording, seconds=seconds)
+    return compute_lost_share(replace(verdict, recording=recording))
+
+
+def test_the_time_of_a_pause_is_a_part_of_the_recording_and_counts_once() -> None:
+    pause = QualityFinding("gap", 1, ((5.0, 35.0),))
+    clipped = QualityFinding("clipped", 2, ((30.0, 36.0), (32.0, 33.0)))
+    assert lose(40.0, pause) == pytest.approx(30.0 / 40.0)
+    assert lose(40.0, clipped, pause) == pytest.approx(31.0 / 40.0)
+    drawn = replace(make_named(), data_quality=(pause,))  # 60 s of samples end at 62 s
+    assert compute_lost_share(drawn) == pytest.approx(30.0 / 61.99)
 
 
 def list_commands(verdict: Verdict) -> list[str]:

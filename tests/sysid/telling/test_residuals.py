@@ -36,6 +36,16 @@ def test_white_errors_stay_within_their_bands() -> None:
     assert test.frequencies_hz[0] == pytest.approx(1.0 / (SAMPLES * PERIOD_S))
 
 
+def test_a_band_of_95_percent_holds_19_of_20_white_errors_at_every_lag() -> None:
+    """A long lag has few pairs: nine of a hundred lay outside."""
+    random, outside = np.random.default_rng(8), []
+    for _ in range(40):
+        white = make_runs(random.normal(0.0, 1e-3, (WINDOWS, SAMPLES)))
+        (test,) = examine_residuals(white, white, COMMAND[:, :SAMPLES])
+        outside.append(np.abs(test.whiteness[1:]) > test.white_limit)
+    assert 0.01 < np.mean(outside) < 0.05
+
+
 def test_an_error_that_follows_the_command_is_found_at_its_lag() -> None:
     late = 7
     driven = make_runs(1e-3 * COMMAND[:, 20 - late : 20 - late + SAMPLES])

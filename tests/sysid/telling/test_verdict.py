@@ -377,6 +377,16 @@ def test_nothing_is_missing_only_where_the_score_is_near_its_floor(
         assert f"{found['fit']['floors']['after']:.2g} times the noise floor" in found["sentence"]
 
 
+def test_a_hundred_noise_floors_and_more_are_told_in_full(
+    friction: tuple[dict, Findings],
+) -> None:
+    kept = friction[1]
+    best, base = replace(kept.best, choose=140.0), replace(kept.base, choose=150.0)
+    far = replace(kept, best=best, base=base, named=(), learned_misfit=140.0)
+    sentence = make_verdict(far, kept.case.recording, 1.0).sentence
+    assert ", 140 times the noise floor." in sentence
+
+
 # What the catalogue does not hold: a rig of its own equations, with something added
 
 Push = Callable[

@@ -175,7 +175,7 @@ def write_sentence(named: NamedCurve) -> str:
             f"{subject}: from {values[low]:.3g} {unit} at {knots[low]:.3g} to {values[high]:.3g} "
             f"{unit} at {knots[high]:.3g} {kind.along.unit}; {why}."
         )
-        return sentence.replace("  ", " ").replace(" 1;", ";")
+        return _add_friction(sentence.replace("  ", " ").replace(" 1;", ";"), named)
     shape = named.shape
     half = decisions.INTERVAL_DEVIATIONS * shape.deviations
     numbers = {
@@ -183,8 +183,13 @@ def write_sentence(named: NamedCurve) -> str:
         for name, value, wide in zip(shape.names, shape.values, half, strict=True)
     }
     words = f"{subject}: it {shape.shape.words.format(**numbers)} ({shape.shape.name})."
-    is_dry = kind.role in (Role.CART_DRY, Role.POLE_DRY)
-    return f"{words} {NO_FRICTION}" if is_dry and np.any(named.values < 0.0) else words
+    return _add_friction(words, named)
+
+
+def _add_friction(sentence: str, named: NamedCurve) -> str:
+    """Return the sentence with what a dry friction below 0 means, where the law has one."""
+    is_dry = named.curve.kind.role in (Role.CART_DRY, Role.POLE_DRY)
+    return f"{sentence} {NO_FRICTION}" if is_dry and np.any(named.values < 0.0) else sentence
 
 
 def _write_hysteresis(named: NamedCurve) -> str:

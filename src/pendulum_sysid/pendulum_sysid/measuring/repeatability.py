@@ -32,7 +32,7 @@ class Repeatability:
 
     share: of the squared error, 0 to 1; the mean over windows. At least so much comes again.
     low, high: 95 % interval of the share.
-    windows: number of windows whose motion comes again.
+    windows: number of windows whose motion comes again, of those into which the recording is cut.
     random: the error that may be random, at most, in units of the sensors' noise; the median over
         windows.
     """
@@ -68,7 +68,7 @@ def measure_repeatability(case: Case) -> Repeatability | None:
         share=float(np.clip(shares.mean(), 0.0, 1.0)),
         low=float(np.clip(low, 0.0, 1.0)),
         high=float(np.clip(high, 0.0, 1.0)),
-        windows=2 * len(shares),
+        windows=len(np.unique(_identify_windows(first[whole], again[whole], samples))),
         random=float(np.sqrt(np.median(apart[whole]))),
     )
 
@@ -108,10 +108,22 @@ def find_repeated_windows(case: Case) -> tuple[Ints, Ints, int]:
         squares[max(begin - near, 0) : begin + near] = np.inf
         best = int(np.argmin(squares))
         if squares[best] < decisions.REPEATED_DISTANCE**2:
-            numbers = sorted((round(begin / length), round(best / length)))
-            pairs.setdefault((numbers[0], numbers[1]), (begin * every, best * every))
+            pair = begin * every, best * every
+            low, high = sorted(_identify_windows(*pair, samples).tolist())
+            pairs.setdefault((low, high), pair)
     first, again = np.array(list(pairs.values()), dtype=np.int64).reshape(-1, 2).T
     return first, again, samples
+
+
+def _identify_windows(first: Ints | int, again: Ints | int, samples: int) -> Ints:
+    """Return which windows of the recording, counted from its start, samples are nearest to.
+
+    first, again: first samples of windows, (pairs,) each or one of each; windows follow one
+        another, the last sample of one is the first of the next.
+
+    The numbers are (2, pairs), or (2,).
+    """
+    return np.round(np.array([first, again]) / (samples - 1)).astype(np.int64)
 
 
 def _list_shapes(case: Case) -> Floats:

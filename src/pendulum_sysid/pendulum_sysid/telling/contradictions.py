@@ -27,7 +27,7 @@ def describe_contradictions(findings: Findings) -> tuple[str, ...]:
 
 
 def _describe_far(constant: Free, findings: Findings) -> str:
-    after = findings.best.estimates[constant.name]
+    after = findings.final.estimates[constant.name]
     half = max(after.high - after.value, after.value - after.low) / decisions.INTERVAL_DEVIATIONS
     distance = abs(after.value - constant.believed) / float(np.hypot(half, constant.spread))
     if not after.identifiable or distance < decisions.CONTRADICTED_DEVIATIONS:

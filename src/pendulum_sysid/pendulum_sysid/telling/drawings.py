@@ -2,46 +2,44 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from pendulum_sysid.cleaning.smooth_state import SmoothState
-from pendulum_sysid.fitting.window_runs import JOINTS, UNITS, WindowRuns, run_windows
-from pendulum_sysid.records import Overlay, Split
+from pendulum_sysid.fitting.window_runs import JOINTS, UNITS, WindowRuns
+from pendulum_sysid.records import Overlay, Windows
 from pendulum_sysid.telling.outcome import Findings
 from pendulum_sysid.telling.residuals import examine_residuals
 from pendulum_sysid.verdict.drawn import Drawings, Motion
 from pendulum_twin.signals import Signals
 
 
-def collect_drawings(findings: Findings, split: Split) -> Drawings:
+def collect_drawings(findings: Findings, held_out: Windows) -> Drawings:
     """Return what a report draws besides the held-out runs."""
     case = findings.case
-    before, after = (
-        run_windows(replace(case, twin=twin), split.learn)
-        for twin in (case.twin, findings.final.twin)
-    )
-    at = split.held_out.begin[:, None] + np.arange(split.held_out.samples)
+    at = held_out.begin[:, None] + np.arange(held_out.samples)
     residuals = examine_residuals(
         findings.before["held_out"], findings.after["held_out"], case.signals.command[at]
     )
     return Drawings(
         motion=draw_motion(case.signals, case.state),
-        learned=draw_overlays(before, after),
+        learned=draw_overlays(findings.before["learn"], findings.after["learn"]),
         residuals=residuals,
     )
 
 
 def draw_overlays(before: WindowRuns, after: WindowRuns) -> tuple[Overlay, ...]:
-    """Return the runs of both twins beside what was measured, a channel each."""
+    """Return the runs of both twins beside what was measured, a channel each.
+
+    Samples that are missing are NaN: their places hold no measurement.
+    """
+    measured = np.where(after.counts > 0.0, after.measured, np.nan)
     times = after.begin_s[:, None] + after.period_s * np.arange(after.measured.shape[1])
     return tuple(
         Overlay(
             JOINTS[joint],
             UNITS[joint],
             times,
-            after.measured[..., k],
+            measured[..., k],
             before.runs[..., k],
             after.runs[..., k],
         )

@@ -13,8 +13,7 @@ import numpy as np
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.noise_floor import NoiseFloor
 from pendulum_sysid.fitting.window_runs import WindowRuns
-from pendulum_sysid.telling.likeness import runs_at_noise
-from pendulum_sysid.telling.outcome import Findings
+from pendulum_sysid.telling.outcome import Findings, runs_at_noise
 from pendulum_twin.arrays import Floats
 
 
@@ -32,13 +31,18 @@ class Events:
     @property
     def sentence(self) -> str:
         """Return a clause for a person."""
-        spans = [f"{begin:.3g} to {end:.3g} s" for begin, end in self.intervals_s]
+        spans = [f"{_format(begin)} to {_format(end)} s" for begin, end in self.intervals_s]
         where = spans[0] if len(spans) == 1 else f"{', '.join(spans[:-1])} and {spans[-1]}"
         return (
             f"Something that no effect of the catalogue explains acts on the rig at {where}: a "
             "touch, a stop, a cable or a spot of the rail; elsewhere the improved twin's error "
             f"is {max(self.rest, 1.0):.2g} times its noise floor"
         )
+
+
+def _format(time_s: float) -> str:
+    """Return a time with tenths of a second, where it has them."""
+    return f"{time_s:.1f}".removesuffix(".0")
 
 
 def list_events(findings: Findings) -> Events | None:
@@ -50,7 +54,8 @@ def list_events(findings: Findings) -> Events | None:
         return None
     signals = findings.case.signals
     begins_s = signals.times_s[list(signals.stretch_begins)]
-    return find_events(tuple(findings.after.values()), findings.floor, begins_s)
+    parts = findings.after["learn"], findings.after["held_out"]
+    return find_events(parts, findings.floor, begins_s)
 
 
 def find_events(

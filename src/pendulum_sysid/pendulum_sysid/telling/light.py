@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 from pendulum_sysid import decisions
 from pendulum_sysid.records import Outcome
-from pendulum_sysid.telling.display import format_number, format_percent
+from pendulum_sysid.telling.display import format_intervals, format_number, format_percent
+from pendulum_sysid.telling.error_scale import get_floors
 from pendulum_sysid.verdict.record import Verdict
 
 RED, AMBER, BLUE = "red", "amber", "blue"
@@ -51,10 +52,14 @@ def list_stops(verdict: Verdict) -> tuple[str, ...]:
 def list_doubts(verdict: Verdict) -> tuple[str, ...]:
     """Return what speaks against using the improved twin as it is, a clause each."""
     doubts = []
-    if verdict.remainder and verdict.remainder.above_noise_floor > decisions.LIGHT_MOST_FLOORS:
-        ratio = format_number(verdict.remainder.above_noise_floor)
-        doubts.append(f"what remains is {ratio} times the noise floor")
-    if verdict.outcome is Outcome.NOT_IN_CATALOGUE:
+    floors = [verdict.remainder.above_noise_floor] if verdict.remainder else []
+    floors += [get_floors(verdict.fit).after] if verdict.fit else []
+    if max(floors, default=0.0) > decisions.LIGHT_MOST_FLOORS:
+        ratio = format_number(max(floors))
+        doubts.append(f"the improved twin's error is {ratio} times the noise floor")
+    if verdict.events_s:
+        doubts.append(f"something acted on the rig at {format_intervals(verdict.events_s)}")
+    elif verdict.outcome is Outcome.NOT_IN_CATALOGUE:
         doubts.append("something is missing that has no name")
     if verdict.outcome is Outcome.AMBIGUOUS:
         doubts.append("more than one effect explains the recording")
@@ -70,11 +75,22 @@ def list_doubts(verdict: Verdict) -> tuple[str, ...]:
 
 
 def compute_lost_share(verdict: Verdict) -> float:
-    """Return the share of time, 0 to 1, in which faults took samples away."""
-    lost = sum(
-        end - begin
+    """Return the share of time, 0 to 1, in which faults took samples away.
+
+    The time goes from the first sample to the end of the recording, pauses included. A moment in
+    which two faults took samples away counts once.
+    """
+    lost = sorted(
+        interval
         for fault in verdict.data_quality
         if fault.kind in LOST_KINDS
-        for begin, end in fault.intervals_s
+        for interval in fault.intervals_s
     )
-    return min(lost / max(verdict.recording.seconds, 1e-9), 1.0)
+    end_s = max([verdict.recording.seconds, *(end for _, end in lost)])
+    if verdict.drawings is not None and len(verdict.drawings.motion.times_s):
+        end_s = max(end_s, float(verdict.drawings.motion.times_s[-1]))
+    lost_s = reached_s = 0.0
+    for begin, end in lost:
+        lost_s += max(end - max(begin, reached_s), 0.0)
+        reached_s = max(reached_s, end)
+    return min(lost_s / max(end_s, 1e-9), 1.0)

@@ -8,7 +8,7 @@ import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.window_runs import WindowRuns
-from pendulum_sysid.telling.outcome import Findings, compute_remaining_ratio
+from pendulum_sysid.telling.outcome import Findings, runs_at_noise
 from pendulum_sysid.verdict.scores import BeforeAfter
 from pendulum_twin.arrays import Floats
 
@@ -44,16 +44,6 @@ def is_unexplained(findings: Findings) -> bool:
     return bool(far and typical > decisions.MISFIT_AT_NOISE)
 
 
-def runs_at_noise(findings: Findings) -> bool:
-    """Return whether the improved twin runs every window at the noise, its start state fitted.
-
-    Near upright the error of a start state grows over a second until the run is far off: a run
-    from a smoothed start then says nothing about the twin.
-    """
-    misfits = (findings.final.choose, findings.learned_misfit, findings.held_out_misfit)
-    return all(misfit <= decisions.MISFIT_AT_NOISE for misfit in misfits)
-
-
 def compute_floor_ratio(findings: Findings) -> float:
     """Return the held-out score of the improved twin over that of a perfect model.
 
@@ -66,20 +56,22 @@ def compute_floor_ratio(findings: Findings) -> float:
 def compute_floors(findings: Findings) -> BeforeAfter:
     """Return the errors before and after over that of a perfect model: one scale for a verdict.
 
-    The median window counts, and the remainder that the verdict tells where that is larger; of a
-    recording that does not look like its rig, or whose error nothing explains, all windows
-    together, where that is larger.
+    Both sides have one measure, chosen by what the improved twin shows. The median window counts.
+    Where it is at the noise although something remains, whole windows with refined start states
+    count, of which a perfect model errs by the sensors' noise. Of a recording that does not look
+    like its rig, or whose error nothing explains, all windows together count where that is more.
+    Both are 1 at least; infinite where a perfect model's error cannot be measured.
     """
-    if findings.floor is None:
+    floor, runs = findings.floor, (findings.before["held_out"], findings.after["held_out"])
+    if floor is None:
         return BeforeAfter(math.inf, math.inf)
-    before, after = (
-        runs["held_out"].typical / findings.floor.typical
-        for runs in (findings.before, findings.after)
-    )
-    remaining = compute_remaining_ratio(findings)
-    counts_all = is_unlike(findings) or is_unexplained(findings)
-    together = compute_floor_ratio(findings) if counts_all else 0.0
-    return BeforeAfter(float(before), float(max(after, remaining, together)))
+    before, after = (part.typical / floor.typical for part in runs)
+    if after <= decisions.MISFIT_AT_NOISE and not runs_at_noise(findings):
+        before, after = max(findings.given_misfits), max(findings.whole_misfits)
+    together = tuple(part.score / floor.score for part in runs)
+    if (is_unlike(findings) or is_unexplained(findings)) and together[1] > after:
+        before, after = together
+    return BeforeAfter(max(float(before), 1.0), max(float(after), 1.0))
 
 
 def compute_followed_share(runs: WindowRuns) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from pendulum_sysid import decisions
@@ -31,13 +30,16 @@ class Findings:
     named: effects that the final fit has and the given twin has not.
     location: what the errors of the base fit depend on.
     remains: what the errors of the final fit depend on.
-    before, after: free runs of the given and of the improved twin, by "train" and "held_out".
+    before, after: free runs of the given and of the improved twin, by "train", "learn" (all
+        windows that are not held out) and "held_out".
     floor: what a perfect model reaches on this recording; None where that cannot be measured.
     coming: plan of the next experiment.
     misfits: named effects whose law does not have the shape that is seen; no misfit numbers.
     outweighed: True if a single missing force is larger than all that the named effects explain.
     learned_misfit: of the final fit over windows of full length, their start states fitted.
     held_out_misfit: the same of the windows that are left out.
+    law_misfits: both of the fit with measured laws; None without laws.
+    given_misfits: both of the twin as given.
     perhaps: effects of the final fit that are not sure enough to be named.
     sets: the sets of effects that were tried, and how much each is believed.
     certain: what detectors are certain of, asked only where the rest has no name.
@@ -62,6 +64,8 @@ class Findings:
     outweighed: bool = False
     learned_misfit: float = 1.0
     held_out_misfit: float = 1.0
+    law_misfits: tuple[float, float] | None = None
+    given_misfits: tuple[float, float] = (1.0, 1.0)
     perhaps: tuple[Named, ...] = ()
     sets: tuple[WeighedSet, ...] = ()
     certain: tuple[Reading, ...] = ()
@@ -75,6 +79,11 @@ class Findings:
     def final(self) -> Fit:
         """Return the fit of the improved twin: the final fit, with measured laws if there are."""
         return self.with_laws or self.best
+
+    @property
+    def whole_misfits(self) -> tuple[float, float]:
+        """Return the misfits of the improved twin over whole windows, learned on and held out."""
+        return self.law_misfits or (self.learned_misfit, self.held_out_misfit)
 
 
 def decide_outcome(findings: Findings) -> Outcome:
@@ -173,21 +182,16 @@ def compute_explained_share(findings: Findings) -> float:
     return 1.0 - min((findings.best.choose / findings.base.choose) ** 2, 1.0)
 
 
-def compute_remaining_ratio(findings: Findings) -> float:
-    """Return the error of the improved twin over that of a perfect model; 1 at the noise.
+def runs_at_noise(findings: Findings) -> bool:
+    """Return whether the improved twin runs every window at the noise: then nothing remains.
 
-    Infinite where a perfect model's cannot be measured, because the twin leaves all bounds.
-
-    Runs with refined start states decide whether anything remains: noise in the start states
-    hides it otherwise. How much remains, the median free run on the held-out windows says.
+    Start states are fitted, lest their noise hide an error. Near upright the error of a start
+    state grows over a second until the run is far off: a run from a smoothed start then says
+    nothing about the twin. The pieces of windows, over which a fit may go, hide what grows slowly:
+    whole windows are asked as well, those that were learned on and those that are held out.
     """
-    if findings.final.choose <= decisions.MISFIT_AT_NOISE:
-        hidden = not findings.laws and explains_too_little(findings)  # whole windows show it
-        return findings.learned_misfit if hidden else 1.0
-    if findings.floor is None:
-        return math.inf
-    held_out = findings.after["held_out"].typical / findings.floor.typical
-    return max(held_out, findings.final.choose)
+    misfits = (findings.final.choose, *findings.whole_misfits)
+    return all(misfit <= decisions.MISFIT_AT_NOISE for misfit in misfits)
 
 
 def compute_random_share(findings: Findings) -> float:

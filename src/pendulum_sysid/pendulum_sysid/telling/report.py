@@ -149,7 +149,7 @@ def render_page(verdict: Verdict) -> str:
         marks=list_marks(verdict),
         meanings=draw_meaning(verdict),
         data=Markup(make_data(verdict, windows, specs)),
-        outcome=wording.OUTCOMES[verdict.outcome],
+        outcome=wording.EVENTS if verdict.events_s else wording.OUTCOMES[verdict.outcome],
         catalogue=BY_NAME,
         wording=wording,
         channels=_draw_channels(verdict),

@@ -70,6 +70,9 @@ def _examine_channel(
 def correlate(first: Floats, second: Floats, lags: Ints) -> Floats:
     """Return the correlation of first(t) with second(t - lag), (lags,).
 
+    The sum over the pairs of a lag is divided by the number of all samples, so that white errors
+    lie within one band at every lag, however few pairs a long lag has.
+
     first, second: (windows, samples); pairs stay within a window.
     lags: samples, of either sign.
     """
@@ -80,7 +83,7 @@ def correlate(first: Floats, second: Floats, lags: Ints) -> Floats:
         late, early = max(lag, 0), max(-lag, 0)
         length = samples - late - early
         pairs = first[:, late : late + length] * second[:, early : early + length]
-        sums.append(np.mean(pairs) / max(power, 1e-300))
+        sums.append(np.sum(pairs) / max(power * first.size, 1e-300))
     return np.array(sums)
 
 

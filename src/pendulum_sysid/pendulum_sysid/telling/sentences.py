@@ -10,7 +10,7 @@ from pendulum_sysid.fitting.parameters import list_rig_parameters
 from pendulum_sysid.measuring.naming import write_sentence
 from pendulum_sysid.measuring.repeatability import Repeatability
 from pendulum_sysid.records import Fit, Outcome
-from pendulum_sysid.telling.events import list_events
+from pendulum_sysid.telling.events import Events
 from pendulum_sysid.telling.given_values import describe_changed
 from pendulum_sysid.telling.likeness import (
     compute_floors,
@@ -20,9 +20,9 @@ from pendulum_sysid.telling.likeness import (
 from pendulum_sysid.telling.outcome import (
     Findings,
     compute_random_share,
-    compute_remaining_ratio,
     is_motion_effect,
     list_inseparable,
+    runs_at_noise,
 )
 from pendulum_sysid.verdict.record import MissingEffect
 from pendulum_twin.effects import BY_NAME
@@ -37,25 +37,29 @@ def write_answer(
     named: tuple[Named, ...],
     steady: tuple[MissingEffect, ...],
     findings: Findings,
+    events: Events | None,
 ) -> str:
     """Return the answer of a diagnosis for a person.
 
     named: the effects that the verdict names.
     steady: dry friction that is certain although something else has no name.
+    events: in which all that is unexplained stands; None for other errors.
     """
     errors = _describe_errors(findings)
-    events = list_events(findings)
-    if events is not None and (is_unlike(findings) or outcome is Outcome.NOT_IN_CATALOGUE):
-        return f"{events.sentence}; {errors}."
+    certain = "".join(f" {effect.sentence} This part is certain." for effect in steady)
+    if events is not None:
+        return f"{events.sentence}; {errors}.{certain}"
     if is_unlike(findings):
         closest, random = _describe_closest(named, findings), describe_random(findings)
         return f"{_describe_unlike(findings)}; {errors}.{closest}{random}"
     if outcome is Outcome.NOTHING_MISSING:
         changed = describe_changed(findings)
-        return f"Nothing is missing: other parameters of the rig are enough{changed}; {errors}."
+        return (
+            f"Nothing is missing: other parameters of the rig are enough{changed}; {errors}."
+            f"{describe_remaining(findings)}"
+        )
     if outcome is Outcome.NOT_IN_CATALOGUE:
         signs = "".join(f" {describe_effect(effect.effect, findings.final)}" for effect in named)
-        certain = "".join(f" {effect.sentence} This part is certain." for effect in steady)
         changed = "" if findings.laws or named or steady else describe_changed(findings)
         part = f" Other parameters{changed} explain a part of what differs." if changed else ""
         laws = "".join(f" {write_sentence(law)}" for law in findings.laws)
@@ -64,18 +68,22 @@ def write_answer(
             place = findings.laws[0].curve.kind.place.value
         return (
             f"Physics is missing at the {place} that no effect of the catalogue explains; "
-            f"{errors}, {compute_floors(findings).after:.2g} times the noise floor."
+            f"{errors}, {format_number(compute_floors(findings).after, 2)} times the noise floor."
             f"{laws}{signs}{certain}{part}{describe_rest(findings)}"
         )
     effects = [describe_effect(effect.effect, findings.final) for effect in named]
     with_effects = f"With {'it' if len(named) == 1 else 'them'}, {errors}."
     sentences = [*effects, *_describe_inseparable(named, findings), with_effects]
     sentences += [write_sentence(law) for law in findings.laws]
-    if findings.final.choose > decisions.MISFIT_AT_NOISE:
-        ratio = format_number(compute_remaining_ratio(findings))
-        sentences.append(f"What remains is {ratio} times the noise floor.")
-        return " ".join(sentences) + describe_rest(findings)
-    return " ".join(sentences)
+    return " ".join(sentences) + describe_remaining(findings)
+
+
+def describe_remaining(findings: Findings) -> str:
+    """Return how much remains and what is known of it, after a space; empty at the noise."""
+    if runs_at_noise(findings):
+        return ""
+    ratio = format_number(compute_floors(findings).after)
+    return f" What remains is {ratio} times the noise floor.{describe_rest(findings)}"
 
 
 def describe_rest(findings: Findings) -> str:
@@ -168,11 +176,11 @@ def describe_masking(named: tuple[Named, ...], findings: Findings) -> tuple[str,
     return tuple(sentences)
 
 
-def format_number(value: float) -> str:
-    """Return a number with three significant digits, in full from 1000 on."""
+def format_number(value: float, digits: int = 3) -> str:
+    """Return a number with so many significant digits; its whole part stands in full."""
     if not np.isfinite(value):
         return "beyond measure"
-    return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.3g}"
+    return f"{value:.0f}" if abs(value) >= 10**digits else f"{value:.{digits}g}"
 
 
 def _describe_inseparable(named: tuple[Named, ...], findings: Findings) -> list[str]:

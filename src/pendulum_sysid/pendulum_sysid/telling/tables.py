@@ -27,7 +27,7 @@ def format_table(header: Row, rows: Sequence[Row]) -> str:
 
 
 def format_number(value: float | None, digits: int = 4) -> str:
-    """Return a number with so many significant digits; a dash for nestimate."""
+    """Return a number with so many significant digits; a dash for None."""
     return NOTHING if value is None else f"{value:.{digits}g}"
 
 

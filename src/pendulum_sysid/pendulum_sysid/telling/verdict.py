@@ -15,7 +15,7 @@ from pendulum_sysid.fitting.window_runs import WindowRuns
 from pendulum_sysid.measuring.naming import NamedCurve, write_formula, write_sentence
 from pendulum_sysid.records import Estimate, Fit, Localisation, Outcome, Recording
 from pendulum_sysid.telling.contradictions import describe_contradictions
-from pendulum_sysid.telling.events import list_events
+from pendulum_sysid.telling.events import Events, list_events
 from pendulum_sysid.telling.given_values import compare_constants, compare_effect_parameters
 from pendulum_sysid.telling.likeness import (
     compute_fit,
@@ -27,13 +27,13 @@ from pendulum_sysid.telling.outcome import (
     Findings,
     compute_explained_share,
     compute_random_share,
-    compute_remaining_ratio,
     decide_outcome,
     is_above_noise,
     is_motion_effect,
     list_inseparable,
     list_like,
     list_told,
+    runs_at_noise,
 )
 from pendulum_sysid.telling.sentences import describe_effect, describe_masking, write_answer
 from pendulum_sysid.verdict.record import (
@@ -76,10 +76,12 @@ MULTIPLIED = {  # the variable that a law's value is multiplied by, beside the l
 def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> Verdict:
     """Return the verdict on a recording that could be used."""
     outcome, closest = decide_outcome(findings), list_told(findings)
-    unlike_rig = is_unlike(findings) and list_events(findings) is None
+    events = list_events(findings)
+    unlike_rig = is_unlike(findings) and events is None
     remains = is_unlike(findings) or is_unexplained(findings)
     if unlike_rig or (outcome is Outcome.NOTHING_MISSING and remains):
         outcome = Outcome.NOT_IN_CATALOGUE  # far above the noise, and no effect was found for it
+    events = events if outcome is Outcome.NOT_IN_CATALOGUE else None
     named = () if unlike_rig else closest  # a name for the motion of another rig is none
     names = {effect.effect for effect in named}
     known = {name for effect in closest for name in list_like(effect)}
@@ -95,8 +97,8 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
     plan, why = findings.coming.plan, findings.coming.why
     return Verdict(
         outcome=outcome,
-        sentence=write_answer(outcome, closest, certain, findings),
-        location=_locate(outcome, named, findings),
+        sentence=write_answer(outcome, closest, certain, findings, events),
+        location=_locate(outcome, named, findings, events),
         missing_physics=(*(_describe_missing(effect, findings) for effect in named), *certain),
         rig_parameters=compare_constants(findings),
         effect_parameters=compare_effect_parameters(findings),
@@ -120,6 +122,7 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
         twin=findings.final.twin,
         localisation=findings.location,
         next_plan=plan,
+        events_s=() if events is None else events.intervals_s,
     )
 
 
@@ -153,8 +156,13 @@ def make_unusable(recording: Recording, why: str, elapsed_s: float) -> Verdict:
     )
 
 
-def _locate(outcome: Outcome, named: tuple[Named, ...], findings: Findings) -> Location | None:
-    """Return where the twin is wrong: the place of the effect with the largest lead, if any."""
+def _locate(
+    outcome: Outcome, named: tuple[Named, ...], findings: Findings, events: Events | None
+) -> Location | None:
+    """Return where the twin is wrong: the place of the effect with the largest lead, if any.
+
+    Of events the location has the times, and as its place that of the errors there.
+    """
     if outcome is Outcome.NOTHING_MISSING:
         return None
     measured: Localisation = findings.location
@@ -165,7 +173,7 @@ def _locate(outcome: Outcome, named: tuple[Named, ...], findings: Findings) -> L
     evidence = tuple(
         VariableShare(e.variable, e.finding, round(e.share, 4)) for e in measured.evidence
     )
-    return Location(place, evidence, measured.intervals_s)
+    return Location(place, evidence, events.intervals_s if events else measured.intervals_s)
 
 
 def _describe_missing(named: Named, findings: Findings) -> MissingEffect:
@@ -282,13 +290,13 @@ def describe_law(named: NamedCurve) -> MeasuredLaw:
 
 
 def _describe_remainder(findings: Findings) -> Remainder | None:
-    if findings.final.choose <= decisions.MISFIT_AT_NOISE:
+    if runs_at_noise(findings):
         return None
     evidence = findings.remains.evidence
     finding = "depends on no variable that was asked"
     if evidence:
         finding = f"{evidence[0].variable}: {evidence[0].finding}"
-    ratio = float(compute_remaining_ratio(findings))
+    ratio = compute_floors(findings).after
     repeats, wandering = _describe_repeats(findings), _describe_wandering(findings)
     return Remainder(findings.remains.place, ratio, finding, repeats, wandering)
 

@@ -25,6 +25,7 @@ from pendulum_sysid.telling.svg import (
     render_svg,
     thin_out,
 )
+from pendulum_sysid.telling.window_list import compute_rmse
 from pendulum_twin.arrays import Floats, Ints, Mask
 
 WINDOWS = 6  # windows that are drawn in detail
@@ -103,11 +104,10 @@ def compute_window_errors(overlay: Overlay) -> tuple[Floats, Floats, Floats]:
     """Return middle (s) and root mean square errors before and after of windows, by time."""
     order = spread_windows(overlay.times_s, 2 * POINTS)
     middle_s = overlay.times_s[order].mean(axis=-1)
-    with np.errstate(over="ignore", invalid="ignore"):
-        before, after = (
-            np.sqrt(np.mean(np.square(run[order] - overlay.measured[order]), axis=-1))
-            for run in (overlay.before, overlay.after)
-        )
+    before, after = (
+        compute_rmse(run[order], overlay.measured[order])
+        for run in (overlay.before, overlay.after)
+    )
     return middle_s, before, after
 
 
@@ -157,7 +157,8 @@ def _show_runs(
     axes.set_xlim(t[0], max(t[-1], t[0] + 1e-6))
     axes.set_ylim(low, high)
     far = np.any(_is_outside(before, low, high))
-    note = f"before: up to {_describe_worst(before - measured, unit_name)} off" if far else ""
+    errors = (before - measured)[~np.isnan(measured)]
+    note = f"before: up to {_describe_worst(errors, unit_name)} off" if far else ""
     axes.set_title(note, loc="right", fontsize=7.5)
 
 

@@ -67,12 +67,21 @@ def compute_errors(overlays: Sequence[Overlay], run: str) -> Floats:
 
     run: "before" or "after".
     """
-    with np.errstate(over="ignore", invalid="ignore"):
-        errors = [
-            np.sqrt(np.mean(np.square(getattr(overlay, run) - overlay.measured), axis=-1))
-            for overlay in overlays
-        ]
+    errors = [compute_rmse(getattr(overlay, run), overlay.measured) for overlay in overlays]
     return np.stack(errors, axis=-1)
+
+
+def compute_rmse(run: Floats, measured: Floats) -> Floats:
+    """Return the root mean square of run minus measurement over the samples that are there.
+
+    run, measured: (windows, samples) m or rad; NaN in `measured` for a sample that is missing.
+
+    The errors are (windows,); that of a run that diverged is no finite number.
+    """
+    valid = ~np.isnan(measured)
+    with np.errstate(over="ignore", invalid="ignore"):
+        squares = np.where(valid, np.square(run - measured), 0.0).sum(axis=-1)
+    return np.asarray(np.sqrt(squares / np.maximum(valid.sum(axis=-1), 1)))
 
 
 def find_worst(rows: Sequence[WindowRow]) -> WindowRow | None:

@@ -72,6 +72,16 @@ OUTCOMES: dict[Outcome, OutcomeWords] = {
     ),
 }
 
+EVENTS = OutcomeWords(  # in place of "not in the catalogue"
+    "!",
+    "Something acted on the rig",
+    "Something that is no law of the rig acted on it at a few times: a touch, a stop, a cable or "
+    "a spot of the rail. No place of the chain is at fault.",
+    when_listed=LISTED,
+    when_empty="Nothing that the twin could hold: what it does not explain stands in a few "
+    "stretches of time, and elsewhere its errors are near the noise floor.",
+)
+
 PLACES: dict[str, str] = {
     "command": "what the input goes through before the drive",
     "drive": "the motor and the belt",
@@ -128,7 +138,10 @@ QUALITY: dict[FaultKind, str] = {
 }
 
 FIT_ROWS: dict[str, tuple[str, str]] = {  # field of FitScores -> words and unit
-    "floors": ("held-out windows, seen by neither: the median window", ""),
+    "floors": (
+        "the error that counts: median held-out window, or as “What the numbers mean” says",
+        "",
+    ),
     "held_out": ("held-out windows, all together", ""),
     "train": ("windows that the fit used, all together", ""),
     "held_out_cart_mm": ("held-out windows, cart", "mm"),
@@ -153,8 +166,11 @@ DEFINITIONS: tuple[tuple[str, str], ...] = (
         "Error in noise floors",
         "Root mean square error of the free runs, cart and pole together in units of their "
         "sensors' noise, over the error that a perfect model reaches. 1 is perfect. The median "
-        "window is told; over all windows together one window near upright, where errors grow, "
-        "may weigh more than all others.",
+        "held-out window is told; over all windows together one window near upright, where errors "
+        "grow, may weigh more than all others. Where it is at the noise although something "
+        "remains, whole windows with fitted start states are told; and where nothing explains the "
+        "error, all held-out windows together, if that is more. Before and after have the same "
+        "measure, 1 at least.",
     ),
     (
         "Noise floor",

@@ -16,6 +16,7 @@ from pendulum_twin.errors import BadInputError
 SCHEMA = "pendulum_verdict/1"
 NOT_IN_FILE = {
     "command", "twin", "localisation", "trials", "overlays", "next_plan", "origin", "drawings",
+    "events_s",
 }  # fmt: skip
 LEFT_OUT_IF_NONE = {  # a joint that was not recorded, a motion that does not come again
     "held_out_cart_mm", "held_out_pole_rad", "held_out_cart_fit", "held_out_pole_fit", "floors",

@@ -104,7 +104,9 @@ class MeasuredLaw:
         law: kind of the law, as in the twin file.
         place: where in the chain from command to sensor it acts.
         variables: over which it is a curve.
-        knots: places of the values, evenly spaced over what the recording visited.
+        knots: places of the values: evenly spaced over what the recording visited, or the whole
+            turn; of a formula up to a quarter of that range more on either side, or about its
+            edge; of hysteresis each a fixed ratio above the one before.
         values: at the knots, in `unit`; a formula's where one does as well as the curve.
         low, high: ends of the 95 % intervals of the curve there.
         unit: of the values; "1" for a ratio.
@@ -235,6 +237,8 @@ class Verdict:
         next_plan: the plan as `pendulum_plan/1` holds it.
         origin: when and of which files it was made; None from Python.
         drawings: what a report draws besides; None where nothing was fitted.
+        events_s: (begin, end) of the stretches, s, in which something acted on the rig, where all
+            that is unexplained stands there and no place of the chain is at fault; else empty.
     """
 
     outcome: Outcome
@@ -264,6 +268,7 @@ class Verdict:
     next_plan: dict[str, Any] | None = field(default=None, repr=False, compare=False)
     origin: Origin | None = field(default=None, repr=False, compare=False)
     drawings: Drawings | None = field(default=None, repr=False, compare=False)
+    events_s: tuple[Interval, ...] = field(default=(), repr=False, compare=False)
 
     def list_given_values(self) -> dict[str, RigParameter]:
         """Return what the given twin has, constants first: name -> values before and after."""

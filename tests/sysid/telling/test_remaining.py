@@ -1,0 +1,142 @@
+"""Whether anything remains is one rule, and how much is one measure, before and after."""
+
+from collections import namedtuple
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from support.made_recordings import (
+    CART_NOISE_M,
+    HANGING,
+    INTECO,
+    PERIOD_S,
+    POLE_NOISE_RAD,
+    made,
+    sweep,
+)
+
+from pendulum_sysid import pipeline
+from pendulum_sysid.fitting.noise_floor import NoiseFloor
+from pendulum_sysid.fitting.window_runs import WindowRuns
+from pendulum_sysid.records import Outcome, Recording
+from pendulum_sysid.telling.light import AMBER, BLUE, judge_light
+from pendulum_sysid.telling.likeness import compute_floors
+from pendulum_sysid.telling.outcome import Findings, runs_at_noise
+from pendulum_sysid.verdict.record import Verdict
+from pendulum_twin.free_runs import run_freely
+from pendulum_twin.parameter_vector import make_theta
+from pendulum_twin.signals import Signals
+
+FLOOR = NoiseFloor(3.0, 2.0)
+Fit = namedtuple("Fit", "choose")
+
+
+def make_runs(errors: list[float]) -> WindowRuns:
+    """Return runs of 1 s that follow a wave with these errors, in units of the sensor's noise."""
+    count = len(errors)
+    measured = np.tile(1e3 * np.sin(np.arange(11.0)), (count, 1))[..., None]
+    runs = measured + np.array(errors)[:, None, None]
+    return WindowRuns(
+        (0,), np.arange(count) + 0.0, 0.1, measured, runs, np.ones_like(runs), np.ones(1)
+    )
+
+
+def make_findings(before: list[float], after: list[float], **others: Any) -> Findings:
+    """Return findings with these errors of held-out windows, in units of the sensor's noise."""
+    runs = {"before": make_runs(before), "after": make_runs(after)}
+    blank: dict[str, Any] = dict.fromkeys(Findings.__dataclass_fields__)
+    parts = {when: {"held_out": part} for when, part in runs.items()}
+    defaults = {"best": Fit(1.0), "floor": FLOOR, "laws": (), "named": ("an effect",)}
+    misfits = {"learned_misfit": 1.0, "held_out_misfit": 1.0, "given_misfits": (1.0, 1.0)}
+    return Findings(**{**blank, **defaults, **misfits, **parts, **others})
+
+
+@pytest.mark.parametrize(
+    ("others", "nothing"),
+    [
+        ({}, True),
+        ({"best": Fit(2.0)}, False),
+        ({"learned_misfit": 3.3}, False),
+        ({"held_out_misfit": 2.5}, False),
+        ({"learned_misfit": 3.3, "law_misfits": (1.1, 0.9), "with_laws": Fit(1.0)}, True),
+        ({"law_misfits": (1.1, 1.9), "with_laws": Fit(1.0)}, False),
+    ],
+)
+def test_nothing_remains_where_pieces_and_whole_windows_run_at_the_noise(
+    others: dict[str, Any], nothing: bool
+) -> None:
+    assert runs_at_noise(make_findings([2.0], [2.0], **others)) == nothing
+
+
+@pytest.mark.parametrize(
+    ("others", "before", "after"),
+    [
+        ({}, 10.0, 2.0),  # the median window
+        ({"learned_misfit": 9.0, "given_misfits": (30.0, 7.0)}, 10.0, 2.0),  # which shows it
+        ({"floor": NoiseFloor(9.0, 4.0)}, 5.0, 1.0),
+        ({"floor": NoiseFloor(9.0, 4.0), "held_out_misfit": 9.0}, 7.0, 9.0),  # whole windows do
+    ],
+)
+def test_before_and_after_have_one_measure(
+    others: dict[str, Any], before: float, after: float
+) -> None:
+    about = {"given_misfits": (6.0, 7.0), **others}
+    floors = compute_floors(make_findings([20.0, 20.0, 99.0], [4.0, 4.0, 80.0], **about))
+    assert (floors.before, floors.after) == pytest.approx((before, after))
+
+
+def test_a_twin_that_has_not_changed_has_not_become_worse() -> None:
+    """A pole that was struck once: '2.23 to 39.2 noise floors, 17.6 times larger'."""
+    errors = 14 * [4.0] + [400.0]
+    nothing = {"named": (), "perhaps": (), "certain": (), "held_out_misfit": 30.0}
+    floors = compute_floors(make_findings(errors, errors, **nothing, given_misfits=(1.0, 30.0)))
+    assert floors.before == floors.after > 30.0
+    better = compute_floors(make_findings(15 * [1.4], 15 * [1.2]))
+    assert (better.before, better.after) == (1.0, 1.0)  # a chance below a perfect model
+
+
+def change_gain(by: float, seconds: float = 30.0, at_s: float = 20.0) -> Recording:
+    """Make a recording of INTECO's twin whose force per command steps by a share."""
+    command, k = sweep(seconds, 0.1), round(at_s / PERIOD_S)
+    n, zero = len(command), np.zeros(1, dtype=np.int64)
+    states, state = np.empty((n, 4)), HANGING
+    for (first, stop), gain in zip(pairwise((0, k, n)), (1.0, 1.0 + by), strict=True):
+        length = stop - first + 1
+        blank, every = np.zeros(length), np.ones(length, dtype=bool)
+        signals = Signals(
+            PERIOD_S, np.append(command[first:stop], 0.0), blank, blank, every, every
+        )
+        rig = replace(INTECO.rig, force_per_pwm_n=(INTECO.rig.force_per_pwm_n or 0.0) * gain)
+        theta = make_theta(replace(INTECO, rig=rig))
+        run = run_freely(signals, theta[None], zero, zero, state[None], length)[0]
+        states[first:stop], state = run[:-1], run[-1]
+    rng, every = np.random.default_rng(1), np.ones(n, dtype=bool)
+    cart = states[:, 0] + rng.normal(0.0, CART_NOISE_M, n)
+    pole = states[:, 1] + rng.normal(0.0, POLE_NOISE_RAD, n)
+    return Recording("step", "sha256:0", Signals(PERIOD_S, command, cart, pole, every, every))
+
+
+def diagnose(recording: Recording) -> Verdict:
+    return pipeline.diagnose([recording], INTECO, lambda line: None)
+
+
+def test_what_whole_windows_show_remains_although_pieces_hide_it() -> None:
+    """'Nothing was found above the noise floor', and a blue light, at 3.8 noise floors."""
+    verdict = diagnose(change_gain(0.1))
+    assert verdict.outcome is Outcome.NAMED and verdict.fit is not None
+    assert verdict.fit.floors is not None and verdict.remainder is not None
+    assert verdict.remainder.above_noise_floor == verdict.fit.floors.after > 3.0
+    assert "What remains is 3." in verdict.sentence and "may be random" not in verdict.sentence
+    light = judge_light(verdict)
+    assert light.colour == AMBER and "times the noise floor" in light.reasons[0]
+
+
+def test_nothing_remains_of_a_rig_that_hides_nothing() -> None:
+    verdict = diagnose(made(INTECO, 20.0))
+    assert verdict.outcome is Outcome.NOTHING_MISSING and verdict.remainder is None
+    assert "What remains" not in verdict.sentence and judge_light(verdict).colour == BLUE
+    assert verdict.fit is not None and verdict.fit.floors is not None
+    far = replace(verdict.fit, floors=replace(verdict.fit.floors, after=3.1))
+    assert judge_light(replace(verdict, fit=far)).colour == AMBER  # whatever remains
