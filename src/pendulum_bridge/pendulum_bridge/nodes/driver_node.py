@@ -48,6 +48,7 @@ from pendulum_twin.stop_request import StopRequest
 LONGEST_WAIT_S = 0.05  # until a signal, or the end of the parent, is seen
 # longest wait for the answers to waiting callers: other messages may wait before them
 ANSWERED_S = 2.0
+DELIVERED_S = 0.3  # after the last answer: a packet that was lost is sent again by this process
 # longest wait for the thread, which waits for the rig at most 20 ms; PWM 0 is sent anyway
 THREAD_ENDS_S = 1.0
 # a queue, as of two messages at the same moment a queue of 1 shows only the last
@@ -310,7 +311,8 @@ def serve(node: DriverNode, stopped: StopRequest) -> str | None:
             executor.spin_once(timeout_sec=LONGEST_WAIT_S)
         node.finish()
         deadline_s = monotonic() + ANSWERED_S
-        while node.waiting and monotonic() < deadline_s:
+        delivered_s = monotonic() + (DELIVERED_S if node.waiting else 0.0)
+        while monotonic() < (deadline_s if node.waiting else delivered_s):
             executor.spin_once(timeout_sec=0.1 * LONGEST_WAIT_S)
         return node.left or None
     finally:

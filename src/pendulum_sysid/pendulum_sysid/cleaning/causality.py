@@ -66,14 +66,16 @@ def measure_lead(signals: Signals, state: SmoothState) -> Lead | None:
     commanded = np.convolve(signals.command, np.full(size, 1.0 / size))[size - 1 :]
     commands = np.column_stack([commanded[rows - place * size] for place in places])
     columns = np.column_stack([commands, list_other_forces(signals, state, size)[rows]])
-    acts = np.any(columns, axis=0)  # a single push is in no row at most of the places
-    scale = np.where(acts, np.sqrt(np.mean(columns**2, axis=0)) + np.finfo(float).tiny, np.inf)
+    block = (signals.times_s[rows] // decisions.ANSWER_BLOCK_S).astype(int)
+    commanded_blocks = np.unique(block[np.any(commands, axis=1)])
+    if len(commanded_blocks) < decisions.SPREAD_LEAST_BLOCKS:
+        return None  # a single push leaves no spread between blocks
+    scale = np.sqrt(np.mean(columns**2, axis=0)) + np.finfo(float).tiny
     columns, target = (
         columns / scale,
         differentiate_twice(signals.cart, signals.period_s, size)[rows],
     )
     weights = np.linalg.lstsq(columns, target, rcond=1e-8)[0]
-    block = (signals.times_s[rows] // decisions.ANSWER_BLOCK_S).astype(int)
     errors = compute_covariance(columns, target - columns @ weights, block)
     per_unit = np.where(np.arange(len(scale)) < len(places), 1.0 / scale, 0.0)
     coming = per_unit.copy()
