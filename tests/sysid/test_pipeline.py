@@ -198,7 +198,7 @@ def measure_beside(
         is_motion_effect=lambda name: True,
         measure_best_laws=lambda *about: measured,
         measure_noise_floor=lambda *about: None,
-        measure_whole_windows=lambda *about: ((1.0, 1.0), (1.0, 1.0)),
+        measure_whole_windows=lambda *about: (1.0, 1.0),
         widen_intervals=lambda case, split, fit: fit,
         is_at_noise=lambda *about: True,
         list_shared_parameters=lambda case, law_fit: (),

@@ -138,7 +138,7 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
     windows = cut_windows(case.signals, case.state, WINDOW_S)
     base_runs = run_windows(replace(case, twin=base.twin), windows)
     remainders = measure_remainders(case, best, base)
-    given_misfits, (learned_misfit, held_out_misfit) = measure_whole_windows(case, split, best)
+    learned_misfit, held_out_misfit = measure_whole_windows(case, split, best)
     findings = Findings(
         case=case,
         base=base,
@@ -156,7 +156,6 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
         outweighed=is_outweighed(remainders),
         learned_misfit=learned_misfit,
         held_out_misfit=held_out_misfit,
-        given_misfits=given_misfits,
     )
     if decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE:
         return replace(findings, certain=read_effects(case, base.theta, Use.CERTAIN))
@@ -197,7 +196,7 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     fit, sure = add_readings(case, fit, sure)
     improved = replace(case, twin=fit.twin)
     after = run_parts(improved, split)
-    given_misfits, law_misfits = measure_whole_windows(case, split, fit)
+    law_misfits = measure_whole_windows(case, split, fit)
     with_laws = replace(
         findings,
         named=sure,
@@ -210,7 +209,6 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
         remains=localise(case, fit.theta, after["train"]),
         floor=measure_noise_floor(improved, fit.theta, split.held_out),
         law_misfits=law_misfits,
-        given_misfits=given_misfits,
     )
     left = (with_laws.after["held_out"].score / findings.after["held_out"].score) ** 2
     explains = left < 1.0 - decisions.LEAST_EXPLAINED_SHARE

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.drawn_verdicts import make_named
 from support.made_recordings import (
     CART_NOISE_M,
     HANGING,
@@ -24,7 +25,9 @@ from pendulum_sysid.records import Outcome, Recording
 from pendulum_sysid.telling.light import AMBER, BLUE, judge_light
 from pendulum_sysid.telling.likeness import compute_floors
 from pendulum_sysid.telling.outcome import Findings, runs_at_noise
+from pendulum_sysid.telling.sentences import describe_size
 from pendulum_sysid.verdict.record import Verdict
+from pendulum_sysid.verdict.scores import Remainder
 from pendulum_twin.free_runs import run_freely
 from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.signals import Signals
@@ -49,7 +52,7 @@ def make_findings(before: list[float], after: list[float], **others: Any) -> Fin
     blank: dict[str, Any] = dict.fromkeys(Findings.__dataclass_fields__)
     parts = {when: {"held_out": part} for when, part in runs.items()}
     defaults = {"best": Fit(1.0), "floor": FLOOR, "laws": (), "named": ("an effect",)}
-    misfits = {"learned_misfit": 1.0, "held_out_misfit": 1.0, "given_misfits": (1.0, 1.0)}
+    misfits = {"learned_misfit": 1.0, "held_out_misfit": 1.0}
     return Findings(**{**blank, **defaults, **misfits, **parts, **others})
 
 
@@ -74,16 +77,15 @@ def test_nothing_remains_where_pieces_and_whole_windows_run_at_the_noise(
     ("others", "before", "after"),
     [
         ({}, 10.0, 2.0),  # the median window
-        ({"learned_misfit": 9.0, "given_misfits": (30.0, 7.0)}, 10.0, 2.0),  # which shows it
+        ({"learned_misfit": 9.0}, 10.0, 2.0),  # which shows it
         ({"floor": NoiseFloor(9.0, 4.0)}, 5.0, 1.0),
-        ({"floor": NoiseFloor(9.0, 4.0), "held_out_misfit": 9.0}, 7.0, 9.0),  # whole windows do
+        ({"floor": NoiseFloor(9.0, 4.0), "held_out_misfit": 9.0}, 5.0, 1.0),  # of whole windows
     ],
 )
 def test_before_and_after_have_one_measure(
     others: dict[str, Any], before: float, after: float
 ) -> None:
-    about = {"given_misfits": (6.0, 7.0), **others}
-    floors = compute_floors(make_findings([20.0, 20.0, 99.0], [4.0, 4.0, 80.0], **about))
+    floors = compute_floors(make_findings([20.0, 20.0, 99.0], [4.0, 4.0, 80.0], **others))
     assert (floors.before, floors.after) == pytest.approx((before, after))
 
 
@@ -91,7 +93,7 @@ def test_a_twin_that_has_not_changed_has_not_become_worse() -> None:
     """A pole that was struck once: '2.23 to 39.2 noise floors, 17.6 times larger'."""
     errors = 14 * [4.0] + [400.0]
     nothing = {"named": (), "perhaps": (), "certain": (), "held_out_misfit": 30.0}
-    floors = compute_floors(make_findings(errors, errors, **nothing, given_misfits=(1.0, 30.0)))
+    floors = compute_floors(make_findings(errors, errors, **nothing))
     assert floors.before == floors.after > 30.0
     better = compute_floors(make_findings(15 * [1.4], 15 * [1.2]))
     assert (better.before, better.after) == (1.0, 1.0)  # a chance below a perfect model
@@ -128,9 +130,34 @@ def test_what_whole_windows_show_remains_although_pieces_hide_it() -> None:
     assert verdict.outcome is Outcome.NAMED and verdict.fit is not None
     assert verdict.fit.floors is not None and verdict.remainder is not None
     assert verdict.remainder.above_noise_floor == verdict.fit.floors.after > 3.0
+    assert verdict.remainder.whole_windows is not None and verdict.remainder.whole_windows > 1.5
     assert "What remains is 3." in verdict.sentence and "may be random" not in verdict.sentence
     light = judge_light(verdict)
     assert light.colour == AMBER and "times the noise floor" in light.reasons[0]
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [(2.6, "6.15 times the sensors' noise over whole windows"), (4.0, "2 times the noise floor")],
+)
+def test_the_scale_that_shows_an_error_is_said(error: float, said: str) -> None:
+    findings = make_findings(9 * [50.0], 9 * [error], learned_misfit=6.15)
+    assert describe_size(findings).startswith(said)
+
+
+def test_a_twin_that_errs_over_whole_windows_is_used_with_care() -> None:
+    for whole, colour in ((2.9, BLUE), (3.1, AMBER), (None, BLUE)):
+        rest = Remainder("drive", 1.4, "depends on nothing", whole_windows=whole)
+        assert judge_light(replace(make_named(), remainder=rest)).colour == colour
+
+
+def test_a_better_twin_never_has_the_larger_figure() -> None:
+    """At the noise of the median window the figure went from 1.5 to that of whole windows, 6."""
+    figures = [
+        compute_floors(make_findings(9 * [50.0], 9 * [error], held_out_misfit=6.0 + error)).after
+        for error in (4.0, 3.1, 2.9, 2.5)
+    ]
+    assert figures == sorted(figures, reverse=True)
 
 
 def test_nothing_remains_of_a_rig_that_hides_nothing() -> None:

@@ -82,7 +82,7 @@ def assert_as_in_the_contract(found: dict) -> None:
         assert set(found["fit"]["train"]) == set(found["fit"]["held_out"]) == {"before", "after"}
     if found["remainder"] is not None:
         always = {"place", "above_noise_floor", "finding"}
-        assert set(found["remainder"]) - {"repeats", "wandering"} == always
+        assert set(found["remainder"]) - {"repeats", "wandering", "whole_windows"} == always
     for one in found["data_quality"]:
         assert set(one) == {"kind", "count", "intervals_s"}
     assert {"seconds", "samples", "rate_hz", "digest"} <= set(found["recording"]) and found[
@@ -264,7 +264,7 @@ def test_a_small_part_or_none_is_no_answer_while_whole_windows_show_more_than_no
     }
     assert outcomes == {1.1: Outcome.NAMED, 4.0: Outcome.NOT_IN_CATALOGUE}
     told = make_verdict(replace(small, learned_misfit=4.0), kept.case.recording, 1.0)
-    assert told.sentence.count("4 times the noise floor") == 1
+    assert told.sentence.count("4 times the sensors' noise over whole windows") == 1
     assert decide_outcome(replace(kept, learned_misfit=4.0)) is Outcome.NAMED  # a great part
     unnamed = replace(small, named=(), learned_misfit=4.0)
     assert decide_outcome(unnamed) is Outcome.NOT_IN_CATALOGUE
@@ -384,7 +384,7 @@ def test_a_hundred_noise_floors_and_more_are_told_in_full(
     best, base = replace(kept.best, choose=140.0), replace(kept.base, choose=150.0)
     far = replace(kept, best=best, base=base, named=(), learned_misfit=140.0)
     sentence = make_verdict(far, kept.case.recording, 1.0).sentence
-    assert ", 140 times the noise floor." in sentence
+    assert ", 140 times the sensors' noise over whole windows (" in sentence
 
 
 # What the catalogue does not hold: a rig of its own equations, with something added

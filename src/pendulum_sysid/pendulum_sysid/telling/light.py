@@ -52,11 +52,15 @@ def list_stops(verdict: Verdict) -> tuple[str, ...]:
 def list_doubts(verdict: Verdict) -> tuple[str, ...]:
     """Return what speaks against using the improved twin as it is, a clause each."""
     doubts = []
-    floors = [verdict.remainder.above_noise_floor] if verdict.remainder else []
+    rest = verdict.remainder
+    floors = [rest.above_noise_floor] if rest else []
     floors += [get_floors(verdict.fit).after] if verdict.fit else []
     if max(floors, default=0.0) > decisions.LIGHT_MOST_FLOORS:
         ratio = format_number(max(floors))
         doubts.append(f"the improved twin's error is {ratio} times the noise floor")
+    elif rest and rest.whole_windows and rest.whole_windows > decisions.LIGHT_MOST_FLOORS:
+        ratio = format_number(rest.whole_windows)
+        doubts.append(f"over whole windows the twin errs by {ratio} times the sensors' noise")
     if verdict.events_s:
         doubts.append(f"something acted on the rig at {format_intervals(verdict.events_s)}")
     elif verdict.outcome is Outcome.NOT_IN_CATALOGUE:

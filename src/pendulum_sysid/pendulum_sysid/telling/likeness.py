@@ -56,18 +56,15 @@ def compute_floor_ratio(findings: Findings) -> float:
 def compute_floors(findings: Findings) -> BeforeAfter:
     """Return the errors before and after over that of a perfect model: one scale for a verdict.
 
-    Both sides have one measure, chosen by what the improved twin shows. The median window counts.
-    Where it is at the noise although something remains, whole windows with refined start states
-    count, of which a perfect model errs by the sensors' noise. Of a recording that does not look
-    like its rig, or whose error nothing explains, all windows together count where that is more.
-    Both are 1 at least; infinite where a perfect model's error cannot be measured.
+    Both sides have one measure: the median held-out window. Of a recording that does not look like
+    its rig, or whose error nothing explains, all windows together count where that is more. Both
+    are 1 at least; infinite where a perfect model's error cannot be measured. What this scale does
+    not show, because start states spread in it, `Remainder.whole_windows` does.
     """
     floor, runs = findings.floor, (findings.before["held_out"], findings.after["held_out"])
     if floor is None:
         return BeforeAfter(math.inf, math.inf)
     before, after = (part.typical / floor.typical for part in runs)
-    if after <= decisions.MISFIT_AT_NOISE and not runs_at_noise(findings):
-        before, after = max(findings.given_misfits), max(findings.whole_misfits)
     together = tuple(part.score / floor.score for part in runs)
     if (is_unlike(findings) or is_unexplained(findings)) and together[1] > after:
         before, after = together

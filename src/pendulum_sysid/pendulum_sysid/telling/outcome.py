@@ -39,7 +39,6 @@ class Findings:
     learned_misfit: of the final fit over windows of full length, their start states fitted.
     held_out_misfit: the same of the windows that are left out.
     law_misfits: both of the fit with measured laws; None without laws.
-    given_misfits: both of the twin as given.
     perhaps: effects of the final fit that are not sure enough to be named.
     sets: the sets of effects that were tried, and how much each is believed.
     certain: what detectors are certain of, asked only where the rest has no name.
@@ -65,7 +64,6 @@ class Findings:
     learned_misfit: float = 1.0
     held_out_misfit: float = 1.0
     law_misfits: tuple[float, float] | None = None
-    given_misfits: tuple[float, float] = (1.0, 1.0)
     perhaps: tuple[Named, ...] = ()
     sets: tuple[WeighedSet, ...] = ()
     certain: tuple[Reading, ...] = ()

@@ -68,7 +68,7 @@ def write_answer(
             place = findings.laws[0].curve.kind.place.value
         return (
             f"Physics is missing at the {place} that no effect of the catalogue explains; "
-            f"{errors}, {format_number(compute_floors(findings).after, 2)} times the noise floor."
+            f"{errors}, {describe_size(findings, 2)}."
             f"{laws}{signs}{certain}{part}{describe_rest(findings)}"
         )
     effects = [describe_effect(effect.effect, findings.final) for effect in named]
@@ -82,8 +82,16 @@ def describe_remaining(findings: Findings) -> str:
     """Return how much remains and what is known of it, after a space; empty at the noise."""
     if runs_at_noise(findings):
         return ""
-    ratio = format_number(compute_floors(findings).after)
-    return f" What remains is {ratio} times the noise floor.{describe_rest(findings)}"
+    return f" What remains is {describe_size(findings)}.{describe_rest(findings)}"
+
+
+def describe_size(findings: Findings, digits: int = 3) -> str:
+    """Return how large the improved twin's error is, in the scale that shows it."""
+    floors, whole = compute_floors(findings).after, max(findings.whole_misfits)
+    if floors > decisions.MISFIT_AT_NOISE or whole <= floors:
+        return f"{format_number(floors, digits)} times the noise floor"
+    ratio = f"{format_number(whole, digits)} times the sensors' noise over whole windows"
+    return f"{ratio} (the median window is near its noise floor)"
 
 
 def describe_rest(findings: Findings) -> str:

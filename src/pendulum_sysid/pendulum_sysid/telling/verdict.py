@@ -298,7 +298,8 @@ def _describe_remainder(findings: Findings) -> Remainder | None:
         finding = f"{evidence[0].variable}: {evidence[0].finding}"
     ratio = compute_floors(findings).after
     repeats, wandering = _describe_repeats(findings), _describe_wandering(findings)
-    return Remainder(findings.remains.place, ratio, finding, repeats, wandering)
+    whole = float(max(findings.whole_misfits))
+    return Remainder(findings.remains.place, ratio, finding, repeats, wandering, max(whole, 1.0))
 
 
 def _describe_wandering(findings: Findings) -> WanderingForce | None:

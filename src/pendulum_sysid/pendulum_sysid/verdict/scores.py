@@ -94,6 +94,8 @@ class Remainder:
         repeats: how much of the remainder comes again; None where the recordings go through too
             few motions twice.
         wandering: the force that would make up for the remainder.
+        whole_windows: error over windows of full length with fitted start states, over the noise
+            of the sensors, 1 at least; None in older files.
     """
 
     place: str
@@ -101,3 +103,4 @@ class Remainder:
     finding: str
     repeats: Repeats | None = None
     wandering: WanderingForce | None = None
+    whole_windows: float | None = None
