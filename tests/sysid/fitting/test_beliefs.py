@@ -13,7 +13,8 @@ from pendulum_sysid.finding.replication import replicate_effects
 from pendulum_sysid.finding.subsets import find_subsets
 from pendulum_sysid.fitting.fit import HORIZONS, fit, fit_own_parameters
 from pendulum_sysid.fitting.parameters import hold_constants, list_rig_parameters
-from pendulum_sysid.prepare import prepare
+from pendulum_sysid.prepare import prepare, prepare_case
+from pendulum_sysid.verbs.fit import fit_by_windows
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, parse_twin
 from pendulum_twin.parameter_vector import make_theta
@@ -61,6 +62,16 @@ def test_with_spreads_the_cart_takes_the_mass() -> None:
     assert fitted.twin.rig.pole_inertia_kg_m2 == pytest.approx(0.00292, rel=0.02)
     moment = fitted.twin.rig.moment_kg_m
     assert moment == pytest.approx(HEAVY.rig.moment_kg_m, rel=0.02)
+
+
+def test_the_distance_that_a_fit_prints_is_that_of_its_twin() -> None:
+    """It was of the given masses in the table, and of the fitted masses in the file."""
+    believed = give_spreads(INTECO, cart_mass_kg=1.0)
+    fitted = fit_by_windows(prepare_case([made(HEAVY, 20.0, 0.45)], believed), lambda line: None)
+    assert fitted.twin.rig.cart_mass_kg != pytest.approx(INTECO.rig.cart_mass_kg, rel=0.01)
+    for name, estimate in fitted.mapping["parameters"].items():
+        assert estimate["value"] == pytest.approx(getattr(fitted.twin.rig, name))
+        assert estimate["low"] <= estimate["value"] <= estimate["high"]
 
 
 def test_what_is_believed_of_the_mass_holds_when_sets_are_tried_and_in_each_third() -> None:

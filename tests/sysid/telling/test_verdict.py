@@ -377,6 +377,18 @@ def test_nothing_is_missing_only_where_the_score_is_near_its_floor(
         assert f"{found['fit']['floors']['after']:.2g} times the noise floor" in found["sentence"]
 
 
+def test_nothing_is_surely_missing_where_the_twin_has_effects_that_are_not_sure(
+    friction: tuple[dict, Findings],
+) -> None:
+    """'Other parameters are enough' stood beside effects of the improved twin."""
+    doubted = tuple(replace(effect, is_sure=False) for effect in friction[1].named)
+    kept = replace(friction[1], named=(), perhaps=doubted, base=friction[1].best)
+    found = make_verdict(kept, kept.case.recording, 1.0).to_dict()
+    assert found["outcome"] == "nothing_missing"
+    assert found["sentence"].startswith("Nothing is surely missing: other parameters")
+    assert "with effects of which none is sure (cart_coulomb_friction);" in found["sentence"]
+
+
 def test_a_hundred_noise_floors_and_more_are_told_in_full(
     friction: tuple[dict, Findings],
 ) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.errors import WrongUse
+from pendulum_sysid.records import Estimate
 from pendulum_twin.arrays import Floats, Mask
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Effect, Parameter, Scale
@@ -223,6 +224,21 @@ def list_free_parameters(twin: Twin, effects: tuple[str, ...], scales: Scales) -
     return list_rig_parameters(twin) + tuple(
         free for name in effects for free in list_effect_parameters(BY_NAME[name], scales)
     )
+
+
+def convert_distance(
+    estimates: Mapping[str, Estimate], given: Twin, fitted: Twin
+) -> dict[str, Estimate]:
+    """Return estimates whose com_distance_m goes with the masses of the fitted twin.
+
+    A fit keeps the distance with the given masses: the pole's moment over their sum. Where the
+    cart's mass is fitted as well (its spread is given), the twin's distance is of another sum.
+    """
+    name, converted = "com_distance_m", dict(estimates)
+    if name in estimates:
+        scale, e = given.rig.total_mass_kg / fitted.rig.total_mass_kg, estimates[name]
+        converted[name] = replace(e, value=e.value * scale, low=e.low * scale, high=e.high * scale)
+    return converted
 
 
 def make_twin(

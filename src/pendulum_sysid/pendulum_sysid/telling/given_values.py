@@ -7,13 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from pendulum_sysid import decisions
-from pendulum_sysid.fitting.parameters import Free, list_rig_parameters
-from pendulum_sysid.records import Estimate, Fit
+from pendulum_sysid.fitting.parameters import Free, convert_distance, list_rig_parameters
+from pendulum_sysid.records import Estimate
 from pendulum_sysid.telling.contradictions import compute_cart_mass, find_common_factor
 from pendulum_sysid.telling.outcome import Findings
 from pendulum_sysid.verdict.record import RigParameter
 from pendulum_twin.effects import BY_NAME
-from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
 
 FORCES = ("N", "kg")  # how the units of values begin that count by the moving mass
@@ -89,13 +88,12 @@ def _measure_change(value: RigParameter) -> float:
 
 
 def _compare_constant(constant: Free, findings: Findings) -> RigParameter:
-    alone, scale = (
-        _find_distance_scale(constant, fit, findings.case.twin)
+    twin = findings.case.twin
+    base, after = (
+        convert_distance(fit.estimates, twin, fit.twin)[constant.name]
         for fit in (findings.base, findings.final)
     )
-    given = float(constant.get(make_theta(findings.case.twin)))
-    base, after = (fit.estimates[constant.name] for fit in (findings.base, findings.final))
-    return _compare(given, base, after, constant.unit, alone, scale)
+    return _compare(float(constant.get(make_theta(twin))), base, after, constant.unit)
 
 
 def _compare(
@@ -103,23 +101,14 @@ def _compare(
     alone: Estimate | None,
     after: Estimate,
     unit: str,
-    alone_scale: float = 1.0,
-    scale: float = 1.0,
 ) -> RigParameter:
     return RigParameter(
         before=before,
-        parameters_alone=before if alone is None else float(alone.value) * alone_scale,
-        after=float(after.value) * scale,
-        low=float(after.low) * scale,
-        high=float(after.high) * scale,
+        parameters_alone=before if alone is None else float(alone.value),
+        after=float(after.value),
+        low=float(after.low),
+        high=float(after.high),
         unit=unit,
         identifiable=bool(after.identifiable),
         at_bound=bool(after.at_bound),
     )
-
-
-def _find_distance_scale(constant: Free, fit: Fit, given: Twin) -> float:
-    """Return by what a common distance of the given masses changes where the cart's mass does."""
-    if constant.name != "com_distance_m":
-        return 1.0
-    return given.rig.total_mass_kg / fit.twin.rig.total_mass_kg

@@ -53,11 +53,7 @@ def write_answer(
         closest, random = _describe_closest(named, findings), describe_random(findings)
         return f"{_describe_unlike(findings)}; {errors}.{closest}{random}"
     if outcome is Outcome.NOTHING_MISSING:
-        changed = describe_changed(findings)
-        return (
-            f"Nothing is missing: other parameters of the rig are enough{changed}; {errors}."
-            f"{describe_remaining(findings)}"
-        )
+        return f"{describe_nothing(findings)}; {errors}.{describe_remaining(findings)}"
     if outcome is Outcome.NOT_IN_CATALOGUE:
         signs = "".join(f" {describe_effect(effect.effect, findings.final)}" for effect in named)
         changed = "" if findings.laws or named or steady else describe_changed(findings)
@@ -76,6 +72,18 @@ def write_answer(
     sentences = [*effects, *_describe_inseparable(named, findings), with_effects]
     sentences += [write_sentence(law) for law in findings.laws]
     return " ".join(sentences) + describe_remaining(findings)
+
+
+def describe_nothing(findings: Findings) -> str:
+    """Return the clause of a rig that lacks no effect for sure, and what its twin holds."""
+    changed = describe_changed(findings)
+    doubted = [e.effect for e in findings.perhaps if e.effect in findings.final.effects]
+    if not doubted:
+        return f"Nothing is missing: other parameters of the rig are enough{changed}"
+    return (
+        f"Nothing is surely missing: other parameters of the rig are enough{changed}, with "
+        f"effects of which none is sure ({', '.join(doubted)})"
+    )
 
 
 def describe_remaining(findings: Findings) -> str:
