@@ -63,6 +63,18 @@ def test_an_effect_without_a_size_has_no_interval_to_doubt() -> None:
     assert is_surely_there(make_fit(ABOVE, {}), "cart_sign_inverted", SCALES)
 
 
+@pytest.mark.parametrize(
+    ("value", "low", "high", "there"),
+    [(2.0, 1.4, 2.0, False), (1.9, 1.5, 2.0, False), (0.8, 0.7, 0.9, True), (0.8, 0.8, 0.8, True)],
+)
+def test_a_limit_that_may_lie_beyond_its_bound_is_not_there(
+    value: float, low: float, high: float, there: bool
+) -> None:
+    """Its value of nothing, 1e6, left out by 1e306 half widths, ended a diagnosis in an error."""
+    limit = {"soft_saturation.limit": Estimate(value, low, high, True, value == 2.0)}
+    assert is_surely_there(make_fit(ABOVE, limit), "soft_saturation", SCALES) is there
+
+
 def test_the_place_of_an_effect_is_no_size() -> None:
     """A patch is somewhere, whatever its level: its centre proves nothing."""
     patch = {

@@ -17,6 +17,8 @@ from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Parameter
 
+FINEST_HALF = 1e-9  # of the distance: an interval without a width is no error
+
 
 @dataclass(frozen=True)
 class Lead:
@@ -189,18 +191,21 @@ def is_surely_there(fit: Fit, effect: str, scales: Scales) -> bool:
 
     scales: of the recording.
     """
-    free = list_effect_parameters(BY_NAME[effect], scales)
-    if any(_may_be_everywhere(parameter, fit) for parameter in free):
+    free = {f.name: f for f in list_effect_parameters(BY_NAME[effect], scales)}
+    if any(_may_be_everywhere(parameter, fit) for parameter in free.values()):
         return False
     parameters = [p for p in BY_NAME[effect].parameters if np.isfinite(p.neutral)]
     sizes = [p for p in parameters if not p.shape] or parameters
-    estimates = [(p, fit.estimates.get(f"{effect}.{p.name}")) for p in sizes]
-    known = [(p, estimate) for p, estimate in estimates if estimate is not None]
-    if not known:
+    distances = [
+        _measure_distance(p, free[name], fit.estimates[name], scales)
+        for p in sizes
+        if (name := f"{effect}.{p.name}") in fit.estimates
+    ]
+    if not distances:
         return True
     # Of several sizes one leaves 0 out by chance more often: the 95 % region of all counts.
-    squares = [_measure_distance(p, e, scales) ** 2 for p, e in known]
-    return bool(sum(squares) > chdtri(len(squares), 0.05) / chdtri(1, 0.05))
+    squares = np.square(distances)
+    return bool(np.sum(squares) > chdtri(len(squares), 0.05) / chdtri(1, 0.05))
 
 
 def _may_be_everywhere(parameter: Free, fit: Fit) -> bool:
@@ -211,17 +216,23 @@ def _may_be_everywhere(parameter: Free, fit: Fit) -> bool:
     return declared.confines and estimate is not None and estimate.high >= parameter.high
 
 
-def _measure_distance(parameter: Parameter, estimate: Estimate, scales: Scales) -> float:
+def _measure_distance(
+    parameter: Parameter, free: Free, estimate: Estimate, scales: Scales
+) -> float:
     """Return how far a size is from the values at which it does nothing, 0 or more.
 
-    In half widths of its interval to that side; more than 1 leaves these values out.
+    In half widths of its interval to that side; more than 1 leaves these values out. An interval
+    that reaches the bound of the fit holds all values beyond: a limit of a bending drive does
+    nothing only far above all commands, where no fit goes.
     """
     below, above = estimate.value - estimate.low, estimate.high - estimate.value
     if parameter.idle_beyond is not None:
-        away = scales[parameter.idle_beyond] - estimate.value
-        return max(away, 0.0) / max(above, 1e-300)
-    away = estimate.value - parameter.neutral
-    return abs(away) / max(below if away > 0.0 else above, 1e-300)
+        away, half = max(scales[parameter.idle_beyond] - estimate.value, 0.0), above
+    else:
+        nothing = min(max(parameter.neutral, free.low), free.high)
+        away = abs(estimate.value - nothing)
+        half = below if estimate.value > nothing else above
+    return away / max(half, FINEST_HALF * away, 1e-300)
 
 
 def _is_at_bound(fit: Fit, name: str) -> bool:
