@@ -82,7 +82,7 @@ def _compute_least_ratio(misfit: float) -> float:
     left out is the same in every window, so no number of windows tells chance from cause. The
     heavy-tailed likelihood of a lead counts half of a typical window's gain of power.
     """
-    rest = max(1.0 - 1.0 / max(misfit, 1e-300) ** 2, 0.0)
+    rest = max(1.0 - 1.0 / max(misfit**2, 1e-300), 0.0)
     gain = 0.5 * decisions.LEAD_SHARE_OF_REST * rest
     return max(decisions.LEAD_MISFIT_RATIO, float(np.sqrt(1.0 + gain)))
 

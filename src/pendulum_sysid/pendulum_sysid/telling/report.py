@@ -23,6 +23,7 @@ from pendulum_sysid.telling.plot_specs import specify_residuals, specify_shape
 from pendulum_sysid.telling.report_data import make_data
 from pendulum_sysid.telling.shape_figure import draw_shape
 from pendulum_sysid.telling.steps import list_steps
+from pendulum_sysid.telling.visited import describe_visited
 from pendulum_sysid.telling.whiskers import list_whiskers
 from pendulum_sysid.telling.window_figures import draw_errors, draw_windows
 from pendulum_sysid.telling.window_list import find_worst, list_largest, list_windows
@@ -142,6 +143,7 @@ def render_page(verdict: Verdict) -> str:
         motion_picture=Markup(draw_motion(drawings.motion, windows)) if drawings else "",
         left_out=len(drawings.motion.left_out_s) if drawings else 0,
         breaks=len(drawings.motion.breaks_s) if drawings else 0,
+        visited=describe_visited(verdict.recording.visited),
         residuals=[describe_residuals(test) for test in residuals],
         whiskers=list_whiskers(verdict),
         correlations=round_correlations(verdict),

@@ -36,6 +36,7 @@ from pendulum_sysid.telling.outcome import (
     runs_at_noise,
 )
 from pendulum_sysid.telling.sentences import describe_effect, describe_masking, write_answer
+from pendulum_sysid.telling.visited import Range, measure_visited
 from pendulum_sysid.verdict.record import (
     BelievedSet,
     Correlations,
@@ -115,7 +116,7 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
         remainder=_describe_remainder(findings),
         data_quality=recording.findings,
         next_experiment=None if plan is None else NextExperiment(NEXT_FILE, why),
-        recording=_describe_recording(recording),
+        recording=_describe_recording(recording, measure_visited(findings.case)),
         elapsed_s=elapsed_s,
         measured_laws=tuple(describe_law(law) for law in findings.laws),
         unlike_rig=unlike_rig,
@@ -322,7 +323,9 @@ def _describe_repeats(findings: Findings) -> Repeats | None:
     return Repeats(measured.share, measured.low, measured.high, measured.windows, floors)
 
 
-def _describe_recording(recording: Recording) -> RecordingFacts:
+def _describe_recording(
+    recording: Recording, visited: dict[str, Range] | None = None
+) -> RecordingFacts:
     signals = recording.signals
     return RecordingFacts(
         name=recording.name,
@@ -332,4 +335,5 @@ def _describe_recording(recording: Recording) -> RecordingFacts:
         digest=recording.digest,
         position_step_m=find_encoder_step(signals.cart),
         angle_step_rad=find_encoder_step(signals.pole),
+        visited=visited or {},
     )

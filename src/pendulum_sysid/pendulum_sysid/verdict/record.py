@@ -190,6 +190,8 @@ class RecordingFacts:
         digest: "sha256:..." of the recording's files.
         position_step_m: step of the cart's encoder; 0 where none shows.
         angle_step_rad: step of the pole's encoder; 0 where none shows.
+        visited: lowest and highest value of each variable (`telling.visited`), by its name; empty
+            for a recording that was not used, and in older files.
     """
 
     name: str
@@ -199,6 +201,7 @@ class RecordingFacts:
     digest: str
     position_step_m: float
     angle_step_rad: float
+    visited: dict[str, tuple[float, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

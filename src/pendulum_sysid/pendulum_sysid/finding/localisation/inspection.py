@@ -56,7 +56,7 @@ def inspect_equations(case: Case, theta: Floats) -> list[Inspected]:
     for balance in make_balances(case, theta):
         table = make_table(case, here, balance, theta)
         keys = explain(table)
-        own = max(balance.size, 1e-300) ** 2
+        own = max(balance.size**2, 1e-300)
         shared = {key: gain / own for key, gain in share_gains(table, keys).items()}
         equations.append(Inspected(table, keys, shared, compute_missing_power(table, keys) / own))
     return equations

@@ -85,7 +85,7 @@ class Remainder:
     @property
     def noise(self) -> float:
         """Return the power of the sensors' noise, in units of the equation's own size."""
-        return (self.table.balance.noise / max(self.table.balance.size, 1e-300)) ** 2
+        return self.table.balance.noise**2 / max(self.table.balance.size**2, 1e-300)
 
     def is_sure(self, key: str) -> bool:
         """Return whether a question's gain is more than chance."""
