@@ -144,3 +144,13 @@ def test_an_index_that_is_none_is_left_aside(bag: Path, tmp_path: Path, index: s
     (tmp_path / "metadata.yaml").write_text(index)
     found = find_files(tmp_path)
     assert [path.name for path in found.files] == [file.name] and found.counted == {}
+
+
+def test_a_file_that_an_index_names_twice_is_read_once(bag: Path, tmp_path: Path) -> None:
+    file = next(bag.glob("*.mcap"))
+    (tmp_path / file.name).symlink_to(file)
+    (tmp_path / "metadata.yaml").write_text(
+        "rosbag2_bagfile_information: {relative_file_paths: "
+        f"[{file.name}, {file.name}, old/{file.name}]}}"
+    )
+    assert find_files(tmp_path).files == (tmp_path / file.name,)
