@@ -96,6 +96,17 @@ def test_commands_that_were_sent_at_another_time_say_how_far(
         import_csv(samples, tmp_path / "bag", replace(columns, command="no"))
 
 
+def test_two_files_of_one_name_are_refused_before_any_is_written(tmp_path: Path, capsys) -> None:
+    for folder in ("monday", "tuesday"):
+        (tmp_path / folder).mkdir()
+        write(tmp_path / folder / "run.csv", "t,u,x,theta", TIMES, 0 * X, X, TH)
+    files = [str(tmp_path / folder / "run.csv") for folder in ("monday", "tuesday")]
+    names = ["--time", "t", "--command", "u", "--cart", "x"]
+    assert main(["import", *files, *names, "--out", str(tmp_path / "out")]) == 2
+    assert "expected files of different names" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
 def test_what_is_printed_of_an_infinite_cell_is_json(tmp_path: Path, capsys) -> None:
     x = X.copy()
     x[7] = np.inf
