@@ -96,6 +96,11 @@ def test_a_joint_that_is_not_recorded_may_be_none() -> None:
     [
         ({"cart": np.zeros(3)}, r"expected cart with the shape of t, \(1200,\), found \(3,\)"),
         ({"cart": None, "pole": None}, "found neither"),
+        ({"t": 1.0}, r"expected t with one dimension, found an array of shape \(\)"),
+        ({"t": np.zeros((1200, 1))}, r"expected t with one dimension, .* \(1200, 1\)"),
+        ({"t": ["noon"] * 1200}, "expected t to be numbers, found .*noon"),
+        ({"pole": [None, "up"] * 600}, "expected pole to be numbers, found .*up"),
+        ({"t": np.arange(1200).astype("datetime64[ms]")}, "expected t to be numbers.*seconds"),
     ],
 )
 def test_arrays_that_do_not_fit_are_refused(change: dict, message: str) -> None:
@@ -108,6 +113,23 @@ def test_arrays_that_do_not_fit_are_refused(change: dict, message: str) -> None:
     }
     with pytest.raises(BadInputError, match=message):
         make_recording(**(arrays | change))
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_a_time_that_is_not_finite_is_refused_with_its_place(bad: float) -> None:
+    t = 0.01 * np.arange(400)
+    command, cart = np.sin(t), np.cos(t)
+    for places, message in (([7, 9], "found 2 of 400 .* at sample 7"), ([0], "at sample 0")):
+        broken = t.copy()
+        broken[places] = bad
+        with pytest.raises(BadInputError, match=f"expected finite sampling times, .*{message}"):
+            make_recording(broken, command, cart, None)
+
+
+def test_no_recording_at_all_is_refused() -> None:
+    for call in (ps.diagnose, ps.fit, ps.replay):
+        with pytest.raises(BadInputError, match="expected at least one recording, found none"):
+            call([], INTECO)
 
 
 def test_a_frame_without_times_is_refused() -> None:

@@ -17,15 +17,17 @@ from numpy.typing import ArrayLike
 
 from pendulum_sysid import pipeline
 from pendulum_sysid.cleaning.clean import clean_recording
+from pendulum_sysid.errors import WrongUse
 from pendulum_sysid.fitting.compare import Pair, compare_two
 from pendulum_sysid.fitting.compare import compare as compare_case
 from pendulum_sysid.fitting.fit import fit_own_parameters
 from pendulum_sysid.fitting.parameters import hold_constants
 from pendulum_sysid.prepare import prepare, prepare_case
 from pendulum_sysid.reading.bag import COMMAND_TOPIC, STATE_TOPIC, read_bag
-from pendulum_sysid.reading.raw import RawRecording
+from pendulum_sysid.reading.raw import RawRecording, check_finite
 from pendulum_sysid.records import Comparison, Fit, Recording
 from pendulum_sysid.verdict.record import Verdict
+from pendulum_twin.arrays import Floats
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, load_twin
 
@@ -74,11 +76,17 @@ def make_recording(
     name: str = "arrays",
 ) -> Recording:
     """Make a recording from arrays; see `Recording.from_arrays`."""
-    times = np.asarray(t, dtype=np.float64)
+    times = _read_numbers("t", t)
+    if times.ndim != 1:
+        raise BadInputError(
+            f"expected t with one dimension, found an array of shape {times.shape}: give a time "
+            "for each sample"
+        )
+    check_finite(times)
     stamps = times - times[:1]
     channels = [
-        None if values is None else np.asarray(values, dtype=np.float64)
-        for values in (command, cart, pole)
+        None if values is None else _read_numbers(label, values)
+        for label, values in (("command", command), ("cart", cart), ("pole", pole))
     ]
     for label, values in zip(("command", "cart", "pole"), channels, strict=True):
         if values is not None and values.shape != times.shape:
@@ -208,8 +216,24 @@ def compare(recordings: Sources, first: Twin | str | Path, second: Twin | str | 
     return compare_two(case, _get_twin(second))
 
 
+def _read_numbers(label: str, values: ArrayLike) -> Floats:
+    """Return an argument as an array; raise BadInputError where it holds anything but numbers."""
+    try:
+        kind = np.asarray(values).dtype
+        if kind.kind in "mM":
+            raise ValueError(f"values of type {kind}")
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise BadInputError(
+            f"expected {label} to be numbers, found {error}: give seconds, m, rad or the command "
+            "as floats"
+        ) from error
+
+
 def _read_all(recordings: Sources) -> list[Recording]:
     if isinstance(recordings, Sequence) and not isinstance(recordings, str):
+        if not recordings:
+            raise WrongUse("expected at least one recording, found none: give one or several")
         return [_read(source) for source in recordings]
     return [_read(recordings)]
 

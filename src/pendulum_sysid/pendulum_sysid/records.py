@@ -112,7 +112,8 @@ class Recording:
             The recording on one uniform clock, and the faults in its data.
 
         Raises:
-            BadInputError: times do not rise, lengths differ, or too few samples are finite.
+            BadInputError: times do not rise or are not finite, shapes differ, an array holds
+                anything but numbers, or too few samples are finite.
 
         Examples:
             >>> swing = ps.Recording.from_arrays(t, command, None, run.pole + noise[:, 1])

@@ -202,7 +202,7 @@ def join_signals(recordings: list[Signals]) -> Signals:
         if (other.cart is None, other.pole is None) != (first.cart is None, first.pole is None):
             raise BadInputError(
                 "expected recordings that all hold the same joints, "
-                "found cart or pole missing in some"
+                "found cart or pole missing in some: diagnose those with the same joints together"
             )
     if len(recordings) == 1:
         return first

@@ -2,9 +2,11 @@
 
 from dataclasses import replace
 
-from support.made_recordings import INTECO, made
+import pytest
+from support.made_recordings import INTECO, made, without_joint
 
 from pendulum_sysid.cleaning.joining import join_recordings
+from pendulum_sysid.errors import WrongUse
 from pendulum_sysid.records import CommandLatency, QualityFinding
 
 CUT, HOLE = "the file ends before its end mark", "commands are missing"
@@ -32,3 +34,9 @@ def test_the_worst_latency_and_every_note_stay() -> None:
 def test_recordings_that_say_no_latency_have_none() -> None:
     joined = join_recordings([made(INTECO, 5.0), made(INTECO, 5.0, seed=1)])
     assert joined.command_latency is None
+
+
+def test_recordings_of_other_joints_say_what_to_do() -> None:
+    first = made(INTECO, 5.0)
+    with pytest.raises(WrongUse, match="found cart or pole missing in some: diagnose"):
+        join_recordings([first, without_joint(first, "pole")])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from support.made_recordings import INTECO, PERIOD_S, made, made_states, sweep
 
+from pendulum_sysid.errors import WrongUse
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.measuring.repeatability import find_repeated_windows, measure_repeatability
 from pendulum_sysid.planning.repeating import LONGEST_REST_S, QUIET, repeat_plan
@@ -103,3 +104,9 @@ def test_a_plan_is_repeated_after_the_pole_has_swung_out() -> None:
         -0.5 * (rig.pole_viscous_n_m_s or 0.0) / (rig.pole_inertia_kg_m2 or 1.0) * rest.seconds
     )
     assert left == pytest.approx(QUIET, rel=0.1)
+
+
+def test_a_plan_too_long_to_be_played_twice_is_refused() -> None:
+    plan = Plan((Push(), Rest(seconds=1790.0)), "long")
+    with pytest.raises(WrongUse, match=r"may be played twice, found .*at most 3600 s"):
+        repeat_plan(plan, INTECO.rig)

@@ -256,6 +256,14 @@ def test_a_verdict_that_is_none_is_refused(
     assert wrong in capsys.readouterr().err and not (tmp_path / "next.yaml").exists()
 
 
+def test_a_plan_too_short_is_refused_before_anything_is_read(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = ["no_bag", "--twin", "no.yaml", "--out", str(tmp_path / "next.yaml")]
+    assert main(["next", *asked, "--seconds", "3"]) == 2
+    assert "seconds: expected at least 5, found 3" in capsys.readouterr().err
+
+
 def test_a_belief_is_no_data_of_a_planned_run() -> None:
     mass = Free("cart_mass_kg", "kg", (0,), (1.0,), 0.1, 2.0, 0.5, believed=0.6, spread=0.01)
     (forgotten,) = forget_beliefs((mass,))

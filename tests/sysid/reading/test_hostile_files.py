@@ -13,7 +13,7 @@ from pendulum_sysid.errors import FileError
 from pendulum_sysid.reading import contents, unpacking
 from pendulum_sysid.reading.bag import read_bag, write_bag
 from pendulum_sysid.reading.bag_files import find_files
-from pendulum_sysid.reading.mcap_stream import CHUNK, MAGIC
+from pendulum_sysid.reading.mcap_stream import CHUNK, CHUNK_HEAD_BYTES, MAGIC, MESSAGE
 
 COUNT = 20_000  # samples: several chunks
 STAMPS = 10**18 + 10_000_000 * np.arange(COUNT)
@@ -62,6 +62,25 @@ def test_a_flipped_bit_costs_its_chunk_and_is_said(
     assert raw.damaged_parts == 1 and COUNT / 2 < len(raw.state_stamp_s) < COUNT
     [gap] = [f for f in clean_recording(raw).findings if f.kind == "gap"]
     assert "parts of the file that are damaged and left out: 1" in gap.note
+
+
+@pytest.mark.parametrize("time_ns", [2**63, 2**64 - 1])
+def test_a_message_with_a_time_beyond_all_clocks_is_damaged(
+    bag: Path, tmp_path: Path, time_ns: int
+) -> None:
+    data = bytearray(next(bag.glob("*.mcap")).read_bytes())
+    begin, end = list_chunks(bytes(data))[1]
+    struct.pack_into("<I", data, begin + 24, 0)  # a chunk without a checksum
+    position = begin + CHUNK_HEAD_BYTES
+    while data[position] != MESSAGE:
+        position += 9 + struct.unpack_from("<Q", data, position + 1)[0]
+    assert position < end
+    struct.pack_into("<Q", data, position + 9 + 6, time_ns)
+    path = tmp_path / "late.mcap"
+    path.write_bytes(data)
+    raw = read_bag(path)
+    assert raw.damaged_parts == 1
+    assert len(raw.state_stamp_s) + len(raw.command) == 2 * COUNT - 1
 
 
 def test_a_cut_file_holds_commands_as_far_as_samples(bag: Path, tmp_path: Path) -> None:
@@ -125,3 +144,13 @@ def test_an_index_that_is_none_is_left_aside(bag: Path, tmp_path: Path, index: s
     (tmp_path / "metadata.yaml").write_text(index)
     found = find_files(tmp_path)
     assert [path.name for path in found.files] == [file.name] and found.counted == {}
+
+
+def test_a_file_that_an_index_names_twice_is_read_once(bag: Path, tmp_path: Path) -> None:
+    file = next(bag.glob("*.mcap"))
+    (tmp_path / file.name).symlink_to(file)
+    (tmp_path / "metadata.yaml").write_text(
+        "rosbag2_bagfile_information: {relative_file_paths: "
+        f"[{file.name}, {file.name}, old/{file.name}]}}"
+    )
+    assert find_files(tmp_path).files == (tmp_path / file.name,)

@@ -133,8 +133,9 @@ def read_beginning(path: Path, columns: Columns | None) -> datetime:
             start = index["rosbag2_bagfile_information"]["starting_time"]
             return _make_time(int(start["nanoseconds_since_epoch"]) * 1e-9)
         if columns is not None and columns.time is not None:
-            read = read_array_table if path.suffix in ARRAY_SUFFIXES else read_csv_table
-            first = float(read(path).get_column(columns.time, "--time")[0])
+            is_array = path.suffix.lower() in ARRAY_SUFFIXES
+            table = read_array_table(path, (columns.time,)) if is_array else read_csv_table(path)
+            first = float(table.get_column(columns.time, "--time")[0])
             since_1970 = [u for u, s in TIME_UNITS.items() if EPOCH_S[0] <= first * s < EPOCH_S[1]]
             return _make_time(first * TIME_UNITS[columns.time_unit or (since_1970 or ["s"])[0]])
     except (OSError, ValueError, KeyError, TypeError, IndexError, OverflowError, BadInputError):

@@ -52,8 +52,7 @@ def plan_next_experiment(
 
     Raises WrongUse for a plan too short for a push, a phase and a rest.
     """
-    if not seconds >= SHORTEST_S:
-        raise WrongUse(f"seconds: expected at least {SHORTEST_S:g}, found {seconds:g}")
+    check_seconds(seconds)
     never = [describe_never_parted(tie) for tie in ties if tie.by_no_motion]
     tied = [] if goal == "interval" else _list_partings(case, split, best, ties)
     parting = (
@@ -69,6 +68,14 @@ def plan_next_experiment(
         narrowing = _plan_for(case, best, wide, seconds, seed, said)
         return parting if tied and narrowing.plan is None else narrowing
     return Next(None, parting.why if tied else " ".join([*never, describe_nothing_to_ask(best)]))
+
+
+def check_seconds(seconds: float) -> None:
+    """Raise WrongUse for a plan of fewer s than a push, a phase and a rest take."""
+    if not seconds >= SHORTEST_S:
+        raise WrongUse(
+            f"seconds: expected at least {SHORTEST_S:g}, found {seconds:g}: ask for more"
+        )
 
 
 def _plan_for(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -19,12 +19,15 @@ HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 MATLAB_HEADER_BYTES = 512
 
 
-def read_array_table(path: Path) -> Table:
+def read_array_table(path: Path, like: Sequence[str | None] = ()) -> Table:
     """Return the columns of a .mat, .npz or .parquet file.
 
+    like: names of columns; the first that is there has as many rows as the table. Without any,
+        the longest column has.
+
     Each one-dimensional array of numbers is a column; a matrix gives a column NAME[k], k from 1,
-    for each of its columns. Raises FileError when the file cannot be read, holds no such array or
-    arrays of several lengths.
+    for each of its columns. Columns of other lengths stand last, and raise FileError when they are
+    read. Raises FileError when the file cannot be read or holds no such array.
     """
     try:
         arrays = _load(path)
@@ -32,23 +35,34 @@ def read_array_table(path: Path) -> Table:
         raise
     except Exception as error:  # three libraries with their own errors
         raise FileError(
-            f"expected a {path.suffix} file, but it cannot be read "
+            f"expected a {path.suffix.lower()} file, but it cannot be read "
             f"({describe_read_error(error)}): export it again"
         ) from error
     columns = _list_columns(arrays)
-    rows = max((len(values) for values in columns.values()), default=0)
-    columns = {name: values for name, values in columns.items() if len(values) == rows}
+    longest = max(columns, key=lambda name: len(columns[name]), default="")
+    guide = next((name for name in like if name in columns), longest)
+    rows = len(columns.get(guide, ()))
     if rows < 2:
         raise FileError("expected arrays of numbers, found none: export each signal as an array")
-    values = list(columns.values())
-    return Table(tuple(columns), len(values), tuple(range(1, rows + 1)), values.__getitem__)
+    names = sorted(columns, key=lambda name: len(columns[name]) != rows)
+
+    def read(place: int) -> Floats:
+        values = columns[names[place]]
+        if len(values) != rows:
+            raise FileError(
+                f"expected {rows} values in {names[place]}, as in {guide}, found {len(values)}: "
+                "export both at the same instants"
+            )
+        return values
+
+    return Table(tuple(names), len(names), tuple(range(1, rows + 1)), read)
 
 
 def _load(path: Path) -> Mapping[str, Any]:
-    if path.suffix == ".npz":
+    if path.suffix.lower() == ".npz":
         with np.load(path, allow_pickle=False) as file:
             return dict(file)
-    if path.suffix == ".mat":
+    if path.suffix.lower() == ".mat":
         if _is_hdf5(path):  # version 7.3
             return _load_hdf5(path)
         from scipy.io import loadmat  # only for such files

@@ -62,7 +62,7 @@ def find_files(path: Path) -> BagFiles:
         return _check_not_empty(BagFiles((path,)))
     index = _read_index(path)
     names = _list_entries(index, "relative_file_paths", str)
-    named = [path / PurePath(name).name for name in names]
+    named = dict.fromkeys(path / PurePath(name).name for name in names)
     files = [p for p in named if p.is_file()] or sorted(
         p for p in path.iterdir() if is_data_file(p)
     )

@@ -68,6 +68,10 @@ def check_columns(columns: Columns) -> None:
             "expected --time and --command beside --join, found one missing: the clock of both "
             "files says when a command was sent"
         )
+    if columns.join is None and columns.join_time is not None:
+        raise WrongUse(
+            "expected --join FILE beside --join-time, found none: name the file with the commands"
+        )
     if (columns.time is None) == (columns.rate_hz is None):
         raise WrongUse("expected --time COLUMN or --rate HZ, found both or neither: give one")
     if (columns.sin is None) != (columns.cos is None) or (columns.sin and columns.pole):

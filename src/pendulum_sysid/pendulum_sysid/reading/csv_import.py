@@ -11,26 +11,23 @@ from pathlib import Path
 import numpy as np
 
 from pendulum_sysid import decisions
-from pendulum_sysid.errors import FileError, WrongUse
+from pendulum_sysid.errors import FileError
 from pendulum_sysid.reading.array_table import ARRAY_SUFFIXES, read_array_table
 from pendulum_sysid.reading.bag import write_bag
 from pendulum_sysid.reading.bag_files import ROS1_SUFFIX, is_data_file
 from pendulum_sysid.reading.columns import (
     ANGLE_UNITS,
     COMMAND_UNITS,
-    EPOCH_S,
     LENGTH_UNITS,
-    TIME_UNITS,
     ZEROS,
     Columns,
     check_columns,
 )
 from pendulum_sysid.reading.csv_table import read_csv_table
 from pendulum_sysid.reading.table import Table
+from pendulum_sysid.reading.table_times import LONGEST_S, read_seconds, read_times
 from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.errors import BadInputError
-
-LONGEST_S = 2.0**31  # what a stamp of ROS holds
 
 
 @dataclass(frozen=True)
@@ -39,7 +36,7 @@ class Imported:
 
     rows: number of samples.
     seconds: s, from the first to the last.
-    ranges: channel -> least and largest value, m, rad and the command's unit.
+    ranges: channel -> least and largest finite value, m, rad and the command's unit.
     begins_at_rad: rad, 0 to 2 pi, the pole's angle at the beginning; None without a pole.
     warnings: sentences about rows that were left out, and about what makes the recording unusable.
     """
@@ -65,7 +62,7 @@ def import_csv(csv: str | Path, out: str | Path, columns: Columns) -> Imported:
     """
     check_columns(columns)
     with _name_file(csv):
-        content = _read_content(_read_table(Path(csv)), columns)
+        content = _read_content(_read_table(Path(csv), columns), columns)
     return _write(content, out)
 
 
@@ -78,11 +75,18 @@ def import_segments(csv: str | Path, folder: Path, columns: Columns) -> dict[Pat
     check_columns(columns)
     contents: dict[Path, Content] = {}
     with _name_file(csv):
-        for value, table in _read_table(Path(csv)).split(columns.segment or "", "--segment"):
-            out = folder / f"{value:g}"
+        runs = _read_table(Path(csv), columns).split(columns.segment or "", "--segment")
+        if not runs:
+            raise FileError(
+                f"expected the number of a run in column {columns.segment}, found none in any "
+                "row: name another column with --segment"
+            )
+        for value, table in runs:
+            out = folder / f"{value:.15g}"
             if out in contents:
-                out = folder / f"{value:g}_line_{table.lines[0]}"
-            contents[out] = _read_content(table, columns)
+                out = folder / f"{value:.15g}_line_{table.lines[0]}"
+            with _name_file(f"run {value:.15g} from line {table.lines[0]}"):
+                contents[out] = _read_content(table, columns)
     return {out: _write(content, out) for out, content in contents.items()}
 
 
@@ -116,7 +120,7 @@ class Content:
 
 
 def _read_content(table: Table, columns: Columns) -> Content:
-    stamps_ns, chosen, begin_s = _read_times(table, columns)
+    stamps_ns, chosen, begin_s = read_times(table, columns)
     sent_ns: Ints | None = None
     warnings = table.warnings
     if columns.join is None:
@@ -146,7 +150,7 @@ def _write(content: Content, out: str | Path) -> Imported:
     return replace(imported, warnings=(*content.warnings, *_list_doubts(imported)))
 
 
-def _read_table(path: Path) -> Table:
+def _read_table(path: Path, columns: Columns) -> Table:
     if path.is_file() and path.suffix.lower() == ROS1_SUFFIX:
         raise FileError(
             "expected a CSV, .mat, .npz or .parquet file, found a bag of ROS 1: import it by "
@@ -161,42 +165,9 @@ def _read_table(path: Path) -> Table:
         raise FileError(
             "expected a CSV, .mat, .npz or .parquet file, found a folder: name the files in it"
         )
-    return read_array_table(path) if path.suffix in ARRAY_SUFFIXES else read_csv_table(path)
-
-
-def _read_times(table: Table, columns: Columns) -> tuple[Ints, Mask, float]:
-    """Return the sampling times in ns from the first one taken, and which rows are taken.
-
-    The third is the time of the first row taken by the file's clock, s.
-    """
-    if len(table.lines) < 2:
-        count = len(table.lines) or "none"
-        raise FileError(
-            f"expected rows of numbers below the header, found {count}: export the file again"
-        )
-    times, begin_s = np.arange(len(table.lines)) / (columns.rate_hz or 1.0), 0.0
-    if columns.time is not None:
-        times, begin_s = _read_seconds(table, columns.time, columns.time_unit)
-    if times[-1] - times[0] >= LONGEST_S:
-        raise FileError(
-            f"expected times in s, found {times[-1] - times[0]:.3g} s in all: give their unit "
-            "with --time-unit"
-        )
-    chosen: Mask = times - times[0] >= columns.skip
-    if np.count_nonzero(chosen) < 2:
-        raise WrongUse(
-            f"expected rows after the first {columns.skip:g} s, found only "
-            f"{times[-1] - times[0]:.6g} s in all: skip less"
-        )
-    taken = times[chosen]
-    if taken[-1] == taken[0]:
-        raise FileError(
-            f"expected times that rise in column {columns.time}, found "
-            f"{begin_s + taken[0]:.9g} in all {len(taken)} rows: name another column with --time, "
-            "or give --rate"
-        )
-    stamps_ns = np.rint((taken - taken[0]) * 1e9).astype(np.int64)
-    return stamps_ns, chosen, begin_s + float(taken[0] - times[0])
+    if path.suffix.lower() not in ARRAY_SUFFIXES:
+        return read_csv_table(path)
+    return read_array_table(path, (columns.time, columns.cart, columns.pole, columns.sin))
 
 
 def _read_joined(
@@ -214,46 +185,40 @@ def _read_joined(
     """
     file, name = Path(columns.join or ""), columns.join_time or columns.time or ""
     with _name_file(file):
-        table = _read_table(file)
+        table = _read_table(file, Columns(name))
         if not table.lines:
             raise FileError("expected rows of commands, found none: export the file again")
-        times, first_s = _read_seconds(table, name, columns.time_unit, "--join-time")
+        times, first_s = read_seconds(table, name, columns.time_unit, "--join-time")
         command = table.get_column(columns.command or "", "--command")
     known = np.isfinite(command)
-    sent_ns = np.rint((times[known] + (first_s - begin_s)) * 1e9).astype(np.int64)
-    command = command[known]
-    if not len(sent_ns) or sent_ns[0] > last_ns or sent_ns[-1] < 0:
-        raise FileError(
-            f"{columns.join}: expected commands while the samples were taken, found them "
-            f"{abs(first_s - begin_s):.6g} s apart: are both times of one clock?"
-        )
+    sent_s, command = times[known] + (first_s - begin_s), command[known]
+    with _name_file(file):
+        _check_sent(sent_s, last_ns * 1e-9)
+    sent_ns = np.rint(sent_s * 1e9).astype(np.int64)
     first = max(int(np.searchsorted(sent_ns, 0, side="right")) - 1, 0)
     after = int(np.searchsorted(sent_ns, last_ns, side="right"))
     return np.maximum(sent_ns[first:after], 0), command[first:after], table.warnings
 
 
-def _read_seconds(
-    table: Table, name: str, unit: str | None, option: str = "--time"
-) -> tuple[Floats, float]:
-    """Return a column of times in s from its first row, and the time of that row, s."""
-    times = table.get_column(name, option)
-    if not np.all(np.isfinite(times)):
-        line = table.lines[int(np.argmin(np.isfinite(times)))]
+def _check_sent(sent_s: Floats, end_s: float) -> None:
+    """Raise FileError where no commands, sent at (m,) s, reach into the samples, 0 to end_s."""
+    if not len(sent_s):
+        raise FileError("expected commands, found none: name another column with --command")
+    if np.ptp(sent_s) >= LONGEST_S:
         raise FileError(
-            f"expected a time in every row, found none in line {line} of column {name}: remove "
-            "the row"
+            f"expected times of commands in s, found {np.ptp(sent_s):.3g} s in all: give their "
+            "unit with --time-unit"
         )
-    falls = np.flatnonzero(np.diff(times) < 0)
-    if len(falls):
-        line = table.lines[falls[0] + 1]
+    if sent_s[0] > end_s + 0.5e-9 or sent_s[-1] < -0.5e-9:  # a nanosecond is the least step
+        apart = (
+            f"the last {-sent_s[-1]:.6g} s before the first sample"
+            if sent_s[-1] < 0
+            else f"the first {sent_s[0] - end_s:.6g} s after the last sample"
+        )
         raise FileError(
-            f"expected times that rise in column {name}, found {times[falls[0] + 1]:.9g} after "
-            f"{times[falls[0]]:.9g} in line {line}: import each run by itself, with --segment "
-            "where a column numbers the runs"
+            f"expected commands while the samples were taken, found {apart}: are both times of "
+            "one clock?"
         )
-    since_1970 = [u for u, s in TIME_UNITS.items() if EPOCH_S[0] <= times[0] * s < EPOCH_S[1]]
-    second = TIME_UNITS[unit or (since_1970 or ["s"])[0]]
-    return (times - times[0]) * second, float(times[0]) * second
 
 
 def _read_positions(table: Table, columns: Columns, chosen: Mask) -> dict[str, Floats]:
@@ -306,8 +271,9 @@ def _read_channel(table: Table, name: str | None, option: str, chosen: Mask) -> 
 def _describe(stamps_ns: Ints, joints: dict[str, Floats], command: Floats | None) -> Imported:
     channels = joints if command is None else {"command": command, **joints}
     ranges = {
-        name: (float(np.nanmin(values)), float(np.nanmax(values)))
+        name: (float(np.min(finite)), float(np.max(finite)))
         for name, values in channels.items()
+        if len(finite := values[np.isfinite(values)])
     }
     begins = None
     if "pole" in joints:

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from reprlib import repr as shown
 
 from pendulum_sysid.errors import FileError, UnusableRecording
+from pendulum_sysid.records import Outcome
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Form
 from pendulum_twin.files import read_json_object
 from pendulum_twin.model import Twin, load_twin
 
 SCHEMA = "pendulum_verdict/1"
+OUTCOMES = [outcome.value for outcome in Outcome]
 
 
 @dataclass(frozen=True)
@@ -34,22 +37,41 @@ class EarlierVerdict:
 def read_verdict(path: Path) -> EarlierVerdict:
     """Read an earlier diagnosis.
 
-    Raises FileError when its files are missing, UnusableRecording when it found the recording
-    unusable.
+    Raises BadInputError when one of its files is missing or holds something else, and
+    UnusableRecording when it found the recording unusable.
     """
     mapping = read_json_object(path, SCHEMA, "a verdict")
-    try:
-        rivals = {
-            str(entry["effect"]): tuple(map(str, entry["cannot_be_told_from"]))
-            for entry in mapping["missing_physics"]
-        }
-        outcome = mapping["outcome"]
-    except (KeyError, TypeError) as error:
+    if mapping.get("outcome") not in OUTCOMES:
         raise FileError(
-            f"{path}: expected a verdict with schema {SCHEMA}, found {error} missing or odd"
-        ) from error
-    if outcome == "unusable":
+            f"{path}: expected an outcome ({', '.join(OUTCOMES)}), found "
+            f"{shown(mapping.get('outcome'))}: name the verdict.json of a diagnosis"
+        )
+    rivals = _read_rivals(path, mapping.get("missing_physics"))
+    if mapping["outcome"] == Outcome.UNUSABLE.value:
         raise UnusableRecording(
             f"{path}: expected a verdict on a usable recording, found 'unusable': record again"
         )
     return EarlierVerdict(load_twin(path.parent / "twin.yaml"), rivals)
+
+
+def _read_rivals(path: Path, entries: object) -> dict[str, tuple[str, ...]]:
+    """Return effect -> the effects that it could not be told from."""
+    rivals: dict[str, tuple[str, ...]] = {}
+    for entry in entries if isinstance(entries, list) else [None]:
+        effect, others = (
+            (entry.get("effect"), entry.get("cannot_be_told_from"))
+            if isinstance(entry, dict)
+            else (None, None)
+        )
+        if not (
+            isinstance(effect, str)
+            and isinstance(others, list)
+            and all(isinstance(name, str) for name in others)
+        ):
+            raise FileError(
+                f"{path}: expected missing_physics to be a list of effects, each with its name "
+                f"(effect) and a list of names (cannot_be_told_from), found {shown(entries)}: "
+                "name the verdict.json of a diagnosis"
+            )
+        rivals[effect] = tuple(others)
+    return rivals

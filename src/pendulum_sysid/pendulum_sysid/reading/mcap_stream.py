@@ -24,6 +24,7 @@ from pendulum_sysid.reading.unpacking import MOST_CHUNK_BYTES, unpack_lz4, unpac
 MAGIC = b"\x89MCAP0\r\n"
 FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, STATISTICS = 0x02, 0x03, 0x04, 0x05, 0x06, 0x0B
 
+LATEST_NS = 2**63 - 1  # the year 2262: what a 64-bit clock counts to
 CHUNK_CRC_AT = 24  # bytes: begin, end and size of a chunk's messages stand before it
 CHUNK_HEAD_BYTES = 40  # with the empty name of no compression and the length of the records
 
@@ -101,7 +102,9 @@ class _Scan:
         try:
             if opcode == MESSAGE:
                 channel, _, time_ns, published_ns = struct.unpack_from("<HIQQ", body)
-                if channel in self.topics:
+                if time_ns > LATEST_NS:
+                    self.contents.damaged_parts += 1
+                elif channel in self.topics:
                     topic = self.topics[channel]
                     if self.contents.add(topic, time_ns, body[22:]):
                         self.published.setdefault(topic, []).append(published_ns)

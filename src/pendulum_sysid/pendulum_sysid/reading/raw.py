@@ -92,6 +92,16 @@ def suggest_more(cut_short: bool, remedy: str = "record longer") -> str:
     return f": {remedy}"
 
 
+def check_finite(times: Floats) -> None:
+    """Raise UnusableRecording where a sampling time (n,), s, is NaN or infinite."""
+    bad = np.flatnonzero(~np.isfinite(times))
+    if len(bad):
+        raise UnusableRecording(
+            f"expected finite sampling times, found {len(bad)} of {len(times)} NaN or infinite, "
+            f"the first at sample {bad[0]} (from 0): leave these samples out"
+        )
+
+
 def _check_times(stamps: Floats, cut_short: bool) -> None:
     if len(stamps) < 2:
         raise UnusableRecording(

@@ -33,7 +33,13 @@ def import_ros1_bag(bag: Path, out: Path) -> dict[str, tuple[str, int]]:
         )
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=out.parent, prefix=f".{out.name}.") as folder:
+        beside = tempfile.TemporaryDirectory(dir=out.parent, prefix=f".{out.name}.")
+    except OSError as error:
+        raise FileError(
+            f"{out}: expected a place to write to, found {error.strerror}: name another"
+        ) from error
+    try:
+        with beside as folder:
             whole = Path(folder) / out.name
             jazzy = get_typestore(Stores.ROS2_JAZZY)
             convert(

@@ -36,9 +36,17 @@ class Table:
 
         option: the command-line option that names the column.
 
-        Raises WrongUse when there is none, and FileError for a cell that is no number.
+        Raises WrongUse when there is none, or several of this name, and FileError for a cell that
+        is no number.
         """
-        if name in self.names:
+        places = [k for k, there in enumerate(self.names, 1) if there == name]
+        if len(places) > 1:
+            numbers = " or ".join(map(str, places))
+            raise WrongUse(
+                f"expected a single column {name}, found {len(places)} of this name: give the "
+                f"number of the right column, {option} {numbers}"
+            )
+        if places:
             return self.read(self.names.index(name))
         number = name.removeprefix("#")
         if number.isdecimal() and 1 <= int(number) <= self.width:

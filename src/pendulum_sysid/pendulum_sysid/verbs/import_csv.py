@@ -6,6 +6,7 @@ import argparse
 from dataclasses import asdict, fields
 from pathlib import Path
 
+from pendulum_sysid.errors import WrongUse
 from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.reading.columns import Columns
 from pendulum_sysid.reading.csv_import import Imported, import_csv, import_segments
@@ -26,9 +27,8 @@ def run(arguments: argparse.Namespace) -> int:
     columns = Columns(**{f.name: getattr(arguments, f.name) for f in fields(Columns)})
     lines: list[object] = []
     mappings = []
-    for file in arguments.csv:
+    for file, out in _name_recordings(arguments).items():
         arguments.progress.report(Stage.READING.value)
-        out = arguments.out if len(arguments.csv) == 1 else arguments.out / file.stem
         recordings = (
             {out: import_csv(file, out, columns)}
             if columns.segment is None
@@ -47,14 +47,30 @@ def import_bags(arguments: argparse.Namespace) -> int:
     """Convert bags of ROS 1; print their names and topics."""
     lines: list[object] = []
     mappings = []
-    for file in arguments.csv:
+    for file, out in _name_recordings(arguments).items():
         arguments.progress.report(Stage.READING.value)
-        out: Path = arguments.out if len(arguments.csv) == 1 else arguments.out / file.stem
         topics = import_ros1_bag(file, out)
         lines += [out, *(f"{name} {kind} {count}" for name, (kind, count) in topics.items())]
         mappings.append({"file": str(file), "recording": str(out), "topics": topics})
     print_answer(arguments, lambda: {"recordings": mappings}, *lines)
     return ANSWERED
+
+
+def _name_recordings(arguments: argparse.Namespace) -> dict[Path, Path]:
+    """Return file -> where its recording goes; raise WrongUse where two would go to one place."""
+    files: list[Path] = arguments.csv
+    if len(files) == 1:
+        return {files[0]: arguments.out}
+    places: dict[Path, Path] = {}
+    for file in files:
+        place = arguments.out / file.stem
+        if place in places:
+            raise WrongUse(
+                f"{file}: expected files of different names, found that {places[place]} becomes "
+                f"{place}, too: import them one by one"
+            )
+        places[place] = file
+    return {file: place for place, file in places.items()}
 
 
 def describe(imported: Imported) -> list[str]:

@@ -12,7 +12,7 @@ from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.fitting.acting_commands import settle_by_twin
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit, fit_over_horizon
-from pendulum_sysid.planning.next_experiment import plan_next_experiment
+from pendulum_sysid.planning.next_experiment import check_seconds, plan_next_experiment
 from pendulum_sysid.planning.repeating import repeat_plan
 from pendulum_sysid.prepare import prepare
 from pendulum_sysid.reading.earlier_verdict import read_verdict
@@ -38,6 +38,7 @@ class Finished:
 def run(arguments: argparse.Namespace) -> int:
     """Print why to play what next, and write the plan where one helps."""
     check_file(arguments.out)
+    check_seconds(arguments.seconds)
     done = _finish(arguments)
     arguments.progress.report(Stage.PLANNING)
     planned = plan_next_experiment(

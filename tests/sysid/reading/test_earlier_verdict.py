@@ -1,0 +1,51 @@
+"""An earlier diagnosis is read back, or refused in words of a verdict."""
+
+import json
+from pathlib import Path
+
+import pytest
+from support.made_recordings import INTECO
+
+from pendulum_sysid.errors import FileError
+from pendulum_sysid.reading.earlier_verdict import read_verdict
+from pendulum_twin.model import save_twin
+
+
+def write(folder: Path, **changes: object) -> Path:
+    missing = [{"effect": "motor_lag", "cannot_be_told_from": ["input_delay"]}]
+    verdict = {"schema": "pendulum_verdict/1", "outcome": "named", "missing_physics": missing}
+    path = folder / "verdict.json"
+    path.write_text(json.dumps(verdict | changes))
+    save_twin(INTECO, folder / "twin.yaml")
+    return path
+
+
+def test_the_rivals_of_each_effect_are_read(tmp_path: Path) -> None:
+    earlier = read_verdict(write(tmp_path))
+    assert earlier.rivals == {"motor_lag": ("input_delay",)} and earlier.twin == INTECO
+
+
+@pytest.mark.parametrize("outcome", ["perhaps", None, 3, ["named"]])
+def test_an_outcome_that_is_none_is_refused(tmp_path: Path, outcome: object) -> None:
+    with pytest.raises(
+        FileError, match=r"expected an outcome \(named, .*\), found .*verdict.json"
+    ):
+        read_verdict(write(tmp_path, outcome=outcome))
+
+
+@pytest.mark.parametrize(
+    "missing",
+    [
+        None,
+        "motor_lag",
+        [3],
+        {"effect": "motor_lag"},
+        [{"effect": "motor_lag"}],
+        [{"effect": "motor_lag", "cannot_be_told_from": "input_delay"}],
+        [{"effect": "motor_lag", "cannot_be_told_from": [3]}],
+        [{"effect": None, "cannot_be_told_from": []}],
+    ],
+)
+def test_missing_physics_of_another_form_is_refused(tmp_path: Path, missing: object) -> None:
+    with pytest.raises(FileError, match="expected missing_physics to be a list of effects, each"):
+        read_verdict(write(tmp_path, missing_physics=missing))
