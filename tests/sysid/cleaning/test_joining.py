@@ -40,3 +40,14 @@ def test_recordings_of_other_joints_say_what_to_do() -> None:
     first = made(INTECO, 5.0)
     with pytest.raises(WrongUse, match="found cart or pole missing in some: diagnose"):
         join_recordings([first, without_joint(first, "pole")])
+
+
+def test_recordings_of_two_rates_say_by_how_much_speeds_are_off() -> None:
+    """Periods of 10 and 10.05 ms were joined in silence: constants were off by as much."""
+    first, second = made(INTECO, 5.0), made(INTECO, 5.0, seed=1)
+    slow = replace(second, signals=replace(second.signals, period_s=0.01005))
+    (uneven,) = join_recordings([first, second, slow]).findings
+    assert (uneven.kind, uneven.count) == ("jitter", 1)
+    assert "10 ms" in uneven.note and "off by up to 0.50%" in uneven.note
+    close = replace(second, signals=replace(second.signals, period_s=0.010005))
+    assert join_recordings([first, close]).findings == ()

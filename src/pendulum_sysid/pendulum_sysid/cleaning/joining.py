@@ -14,6 +14,8 @@ from pendulum_twin.arrays import Floats
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.signals import Signals, join_signals
 
+PERIODS_DIFFER = 1e-3  # of the period: from there on it is said what that does to constants
+
 
 def join_recordings(recordings: Sequence[Recording]) -> Recording:
     """Join recordings of one rig, each its own stretch; their times follow one another.
@@ -57,7 +59,7 @@ def _join_findings(recordings: Sequence[Recording]) -> tuple[QualityFinding, ...
     """Return the findings of all recordings, one a kind, at times counted through all of them."""
     joined: dict[str, QualityFinding] = {}
     notes: dict[str, dict[str, None]] = {}  # of each kind, each note once
-    begin_s = 0.0
+    begin_s, uneven = 0.0, _compare_periods(recordings)
     for recording in recordings:
         for finding in recording.findings:
             earlier = joined.get(finding.kind, QualityFinding(finding.kind, 0))
@@ -69,7 +71,25 @@ def _join_findings(recordings: Sequence[Recording]) -> tuple[QualityFinding, ...
             )
             notes.setdefault(finding.kind, {})[finding.note] = None
         begin_s += recording.signals.end_s
-    return tuple(
+    return uneven + tuple(
         replace(finding, note="; ".join(filter(None, notes[kind])))
         for kind, finding in joined.items()
     )
+
+
+def _compare_periods(recordings: Sequence[Recording]) -> tuple[QualityFinding, ...]:
+    """Return what is wrong where samples stand on the clock of the first recording, if anything.
+
+    Speeds are then off by the difference of the periods, and so are the constants.
+    """
+    first = recordings[0].signals.period_s
+    differences = [abs(each.signals.period_s / first - 1.0) for each in recordings]
+    count = sum(difference >= PERIODS_DIFFER for difference in differences)
+    if not count:
+        return ()
+    note = (
+        f"samples stand on the clock of the first recording, {1e3 * first:.5g} ms, and their own "
+        f"periods are off by up to {max(differences):.2%}: so are speeds; diagnose recordings of "
+        "each rate apart where this matters"
+    )
+    return (QualityFinding("jitter", count, note=note),)
