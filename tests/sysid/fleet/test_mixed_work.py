@@ -1,4 +1,4 @@
-"""Stores whose rigs were diagnosed and fitted, or share recordings, or know effects of one's own."""
+"""Rigs that were diagnosed and fitted, that share recordings, or have effects of their own."""
 
 import gzip
 import re

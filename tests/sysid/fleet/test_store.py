@@ -1,12 +1,14 @@
 """The store when several runs use it, and when the work goes back to an earlier twin or method."""
 
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
 from support.fleet_rows import SIZES, make_result
 
 from pendulum_sysid.fleet.places import Place
+from pendulum_sysid.fleet.recordings import Source, fetch, read_beginning
 from pendulum_sysid.fleet.rows import Result
 from pendulum_sysid.fleet.store import FILES_MERGED, RECORDINGS, Store
 
@@ -70,3 +72,13 @@ def test_two_runs_may_merge_at_once(
     store.merge()
     assert len(store.read_recordings()) == FILES_MERGED
     assert len(store.read_sizes()) == FILES_MERGED * len(SIZES)
+
+
+def test_a_copy_from_elsewhere_has_the_time_of_its_original() -> None:
+    """Without times of its own a recording began when its file was written, not when copied."""
+    place = Place("memory://bucket/bench")
+    place.write("r/run.mcap", b"no recording")
+    written = datetime(2026, 1, 5, tzinfo=UTC)
+    place.fs.store[place.locate("r/run.mcap")].modified = written
+    with fetch(Source("memory://bucket/bench", "r/run.mcap", ("r/run.mcap",))) as path:
+        assert read_beginning(path, None) == written
