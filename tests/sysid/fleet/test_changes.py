@@ -95,3 +95,18 @@ def test_a_short_recording_borrows_from_its_siblings() -> None:
 def test_a_single_estimate_keeps_its_own_interval() -> None:
     pooled = pool_estimates(np.array([3.0]), np.array([0.5]))
     assert (pooled.value, pooled.high) == pytest.approx((3.0, 3.98), abs=1e-6)
+
+
+def test_the_next_recording_is_no_surer_than_the_mean() -> None:
+    """The interval of the next true value holds 95 % from two recordings on."""
+    rng = np.random.default_rng(0)
+    errors, hits = 0.1, {2: 0, 3: 0}
+    for n in hits:
+        for _ in range(400):
+            *own, following = rng.normal(size=n + 1)
+            pooled = pool_estimates(
+                np.array(own) + errors * rng.normal(size=n), np.full(n, errors)
+            )
+            hits[n] += pooled.expected_low < following < pooled.expected_high
+            assert pooled.expected_low <= pooled.low <= pooled.high <= pooled.expected_high
+    assert all(count >= 0.92 * 400 for count in hits.values()), hits

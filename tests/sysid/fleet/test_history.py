@@ -180,7 +180,9 @@ def test_the_site_tells_what_the_store_holds(tmp_path: Path, capsys) -> None:
     friction = "cart_viscous_n_s_m"
     for rig, course in (("a_quiet", 0.5), ("b_changed", np.where(DAYS[:20] < 9, 0.5, 1.0))):
         rows = draw_history(rig, DAYS[:20], 3, {friction: course * np.ones(20)})
-        store.write([replace(r, sizes=r.sizes[:1]) for r in rows])
+        for row in rows:
+            recording = replace(row.recording, method="diagnose")
+            store.write([Result(recording, row.sizes[:1])])
     digest = "sha256:b_changed000000.00000"
     report = f"{store.name_verdict_folder('b_changed', digest)}/report.html.gz"
     store.place.write(report, gzip.compress(b"the report"))

@@ -11,9 +11,12 @@ from support.paths import ROOT
 
 from pendulum_sysid.cli import main
 from pendulum_sysid.errors import UnusableRecording
+from pendulum_sysid.fleet.engine import Engine
 from pendulum_sysid.studies.proof.degrade.kinds import BY_NAME, DEGRADATIONS
 from pendulum_sysid.studies.proof.degrade.score import Score, score_answer
+from pendulum_sysid.studies.proof.degrade.study import Study, run_study
 from pendulum_sysid.studies.proof.records import OpenedTrial, Seal
+from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin
 
 RAW = make_raw(30.0)
@@ -95,3 +98,14 @@ def test_a_small_study(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> No
     assert "20 % of the messages lost" in capsys.readouterr().out
     assert main([*argv, "--degrade", "none_such"]) == 2
     assert "expected kinds among loss_1" in capsys.readouterr().err
+
+
+def test_a_folder_holds_a_study_of_one_seed(tmp_path: Path) -> None:
+    """The answers of an earlier seed were given out as those of the later."""
+    folder = tmp_path / "study"
+    quick = Study(0, 3, ("smoothed",), Engine(1))
+    assert run_study(quick, folder, print) == []
+    assert run_study(replace(quick, kinds=("loss_20",)), folder, print) == []
+    for other in (replace(quick, seed=4), replace(quick, twin=str(TWIN))):
+        with pytest.raises(BadInputError, match="name another folder"):
+            run_study(other, folder, print)

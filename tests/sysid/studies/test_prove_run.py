@@ -262,6 +262,11 @@ def test_a_plan_may_grow_but_not_change(tmp_path: Path) -> None:
     claim_folder(Plan(20, 1, rivals=("all_at_once",), processes=1), tmp_path)
     with pytest.raises(BadInputError, match="pole_counts"):
         claim_folder(Plan(2, 1, pole_counts=1024), tmp_path)
+    for tries in (2, 0, 2):  # a dose-response may be added, left out, and gone on with
+        claim_folder(Plan(2, 1, dose_tries=tries), tmp_path)
+    claim_folder(Plan(2, 1), tmp_path)
+    with pytest.raises(BadInputError, match="dose_tries = 2, found dose_tries = 4"):
+        claim_folder(Plan(2, 1, dose_tries=4), tmp_path)
     (tmp_path / "plan.json").write_text("[]")
     with pytest.raises(BadInputError, match="expected the plan of a proof"):
         claim_folder(Plan(2, 1), tmp_path)

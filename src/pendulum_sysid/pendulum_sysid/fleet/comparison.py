@@ -57,7 +57,8 @@ class Comparison:
         members: size -> the rigs of its family, in order.
         units: size -> SI unit.
         unlike: the rigs that are unlike the others, the least likely first.
-        shared: effects that more than half of the rigs lack.
+        shared: effects that more than half of the diagnosed rigs lack.
+        diagnosed: number of rigs that a diagnosis gave an answer of; a fit names no effect.
     """
 
     families: dict[str, Family]
@@ -65,6 +66,7 @@ class Comparison:
     units: dict[str, str]
     unlike: tuple[Unlike, ...]
     shared: tuple[Shared, ...]
+    diagnosed: int
 
 
 def compare_rigs(histories: Sequence[History]) -> Comparison:
@@ -86,6 +88,7 @@ def compare_rigs(histories: Sequence[History]) -> Comparison:
         {name: group[0][1].unit for name, group in large.items()},
         tuple(sorted(unlike, key=lambda u: u.chance)),
         tuple(_list_shared(histories)),
+        sum(history.is_diagnosed for history in histories),
     )
 
 
@@ -122,6 +125,7 @@ def _find_unlike(name: str, group: Sequence[tuple[str, Size]], questions: int) -
 
 
 def _list_shared(histories: Sequence[History]) -> list[Shared]:
+    histories = [history for history in histories if history.is_diagnosed]
     named: Counter[str] = Counter()
     for history in histories:
         named.update(list_effects(history))
@@ -130,6 +134,8 @@ def _list_shared(histories: Sequence[History]) -> list[Shared]:
         if rigs > decisions.SHARED_BY_RIGS * len(histories) and rigs > 1:
             sizes: dict[str, list[Size]] = defaultdict(list)
             for history in histories:
+                if effect not in list_effects(history):
+                    continue
                 for size in history.sizes:
                     if size.owner == effect and size.parameter != PRESENCE:
                         sizes[size.parameter].append(size)
@@ -177,4 +183,8 @@ def describe_comparison(comparison: Comparison) -> list[str]:
             f"Whether a rig is unlike the others cannot be said: fewer than "
             f"{decisions.LEAST_RIGS} rigs share a size."
         )
-    return lines or ["No rig is unlike the others, and no missing effect is shared by most."]
+    if lines:
+        return lines
+    if not comparison.diagnosed:
+        return ["No rig is unlike the others. No effect was asked for: a fit names none."]
+    return ["No rig is unlike the others, and no missing effect is shared by most."]

@@ -84,6 +84,11 @@ class History:
         )
 
     @property
+    def is_diagnosed(self) -> bool:
+        """Return whether a diagnosis gave an answer: a fit names no effects."""
+        return "diagnose" in set(self.recordings["method"])
+
+    @property
     def changes(self) -> list[tuple[Size, Change]]:
         """Return all changes with their sizes, the earliest first."""
         pairs = [(size, change) for size in self.sizes for change in size.course.changes]
@@ -141,13 +146,14 @@ def make_history(rig: str, recordings: pd.DataFrame, sizes: pd.DataFrame) -> His
 def _list_series(
     recordings: pd.DataFrame, sizes: pd.DataFrame
 ) -> Iterator[tuple[str, str, str, pd.DataFrame]]:
-    """Yield each size with the rows that fix it, and whether each effect was named."""
+    """Yield each size with the rows that fix it, and whether each diagnosis named an effect."""
     sizes = sizes[~sizes["outcome"].isin(UNANSWERED)]
+    diagnosed = recordings[recordings["method"] == "diagnose"]
     owners = sorted(set(sizes["owner"]), key=lambda owner: (owner != RIG, owner))
     for owner in owners:
         own = sizes[sizes["owner"] == owner]
-        if owner != RIG and set(recordings["method"]) == {"diagnose"}:
-            yield owner, PRESENCE, "", _make_presence(recordings, own)
+        if owner != RIG and set(own["digest"]) & set(diagnosed["digest"]):
+            yield owner, PRESENCE, "", _make_presence(diagnosed, own)
         for parameter in dict.fromkeys(own["parameter"]):
             rows = own[(own["parameter"] == parameter) & own["identifiable"]].copy()
             if not parameter:

@@ -119,7 +119,7 @@ def _render_rig(
             "time": format_time(row.time),
             "outcome": row.outcome,
             "sentence": row.sentence,
-            "report": _copy_report(store, row.rig, row.digest, folder),
+            "report": _copy_report(store, row, f"{Path(line.file).stem}_", folder),
         }
         for frame in (history.unanswered, history.recordings.iloc[::-1])
         for row in frame.head(NEWEST_SHOWN).itertuples()
@@ -143,12 +143,18 @@ def _find_borrowed(comparison: Comparison, rig: str, size: str) -> Any:
     return comparison.families[size].rigs[members.index(rig)]
 
 
-def _copy_report(store: Store, rig: str, digest: str, folder: Path) -> str:
-    """Copy a report out of the store, and return its address on the site; empty for none."""
-    packed = store.place.read(f"{store.name_verdict_folder(rig, digest)}/report.html.gz")
+def _copy_report(store: Store, row: Any, prefix: str, folder: Path) -> str:
+    """Copy a report out of the store, and return its address on the site; empty for none.
+
+    row: of the recording. The report of a diagnosis that a fit has replaced is left out.
+    prefix: of the file's name, of the rig: two rigs may hold the same recording.
+    """
+    if row.method != "diagnose":
+        return ""
+    packed = store.place.read(f"{store.name_verdict_folder(row.rig, row.digest)}/report.html.gz")
     if packed is None:
         return ""
-    name = f"reports/{digest.removeprefix('sha256:')[:16]}.html"
+    name = f"reports/{prefix}{row.digest.removeprefix('sha256:')[:16]}.html"
     write_bytes(folder / name, gzip.decompress(packed))
     return name
 

@@ -61,8 +61,16 @@ class Place:
             raise self._name_error("a readable folder", error) from error
 
     def remove(self, name: str) -> None:
-        """Remove a file."""
-        self.fs.rm_file(self.locate(name))
+        """Remove a file; it may be gone already.
+
+        Raises FileError when the place does not let it go.
+        """
+        try:
+            self.fs.rm_file(self.locate(name))
+        except FileNotFoundError:
+            pass
+        except OSError as error:
+            raise self._name_error("files that may be removed", error) from error
 
     def list_files(self, folder: str = "") -> list[str]:
         """Return the names of all files below a folder of the place, sorted."""

@@ -58,7 +58,9 @@ def pool_estimates(values: Floats, errors: Floats) -> Pooled:
     # a recording alone knows no scatter: its own interval stands
     half = error * (student.isf((1 - COVERED) / 2, n - 1) if n > 1 else DEVIATIONS)
     ahead = float(np.hypot(spread, error))
-    half_ahead = ahead * (student.isf((1 - COVERED) / 2, n - 2) if n > 2 else 2 * DEVIATIONS)
+    # two recordings know their scatter by one degree of freedom, as the mean does
+    degrees = max(n - 2, 1)
+    half_ahead = ahead * (student.isf((1 - COVERED) / 2, degrees) if n > 1 else 2 * DEVIATIONS)
     return Pooled(
         mean, mean - half, mean + half, error, spread, mean - half_ahead, mean + half_ahead, n
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -114,11 +115,21 @@ def fetch(source: Source) -> Iterator[Path]:
         here = Path(folder) / (PurePosixPath(source.name).name or "recording")
         if source.files == (source.name,):
             here.write_bytes(place.read(source.name) or b"")
+            _keep_time(place, source.name, here)
         else:
             here.mkdir()
             for name in (*source.files, f"{source.name}/{INDEX}"):
                 (here / PurePosixPath(name).name).write_bytes(place.read(name) or b"")
         yield here
+
+
+def _keep_time(place: Place, name: str, copy: Path) -> None:
+    """Give a copy the time of its original, where the file system knows it."""
+    try:
+        time_s = place.fs.modified(place.locate(name)).timestamp()
+        os.utime(copy, (time_s, time_s))
+    except (NotImplementedError, AttributeError, KeyError, OSError):
+        pass
 
 
 def read_beginning(path: Path, columns: Columns | None) -> datetime:

@@ -120,18 +120,15 @@ class Store:
             rigs[name.split("/")[1].removeprefix("rig=")].append(name)
         for names in rigs.values():
             if len(names) >= FILES_MERGED:
-                tables = [self._read(name, RECORDING_SCHEMA) for name in names]
-                pairs = [name.replace(RECORDINGS, SIZES, 1) for name in names]
-                sizes = [self._read(name, SIZE_SCHEMA) for name in pairs]
-                rows = pa.concat_tables(tables)
-                rig = rows.column("rig")[0].as_py()
-                self._write_pair(rig, uuid.uuid4().hex, rows, pa.concat_tables(sizes))
-                for name in (*names, *pairs):
-                    self.place.remove(name)
+                self._merge_files(names)
 
     def list_done(self) -> set[Key]:
-        """Return what needs no work any more: every row but those that were put aside."""
-        frame = self._read_all(RECORDINGS, RECORDING_SCHEMA).to_pandas()
+        """Return what needs no work any more: the latest rows but those that were put aside.
+
+        A row that a later row of the recording replaces is read by nobody: what it answered (by
+        another twin, method or version) is done again where it is wanted again.
+        """
+        frame = self.read_recordings()
         frame = frame[frame["outcome"] != PUT_ASIDE]
         columns = (frame[name] for name in ("rig", "digest", "version", "twin", "method"))
         return set(zip(*columns, strict=True))
@@ -175,6 +172,20 @@ class Store:
             )
         return content
 
+    def _merge_files(self, names: Sequence[str]) -> None:
+        """Merge files of one rig; leave them to another run that is merging them, too."""
+        pairs = [name.replace(RECORDINGS, SIZES, 1) for name in names]
+        tables = [self._read(name, RECORDING_SCHEMA) for name in names]
+        sizes = [self._read(name, SIZE_SCHEMA) for name in pairs]
+        rows = [table for table in tables if table is not None]
+        if len(rows) < len(names):
+            return
+        rig = rows[0].column("rig")[0].as_py()
+        others = [table for table in sizes if table is not None] or [SIZE_SCHEMA.empty_table()]
+        self._write_pair(rig, uuid.uuid4().hex, pa.concat_tables(rows), pa.concat_tables(others))
+        for name in (*names, *pairs):
+            self.place.remove(name)
+
     def _write_pair(self, rig: str, batch: str, rows: pa.Table, sizes: pa.Table) -> None:
         for kind, table in ((SIZES, sizes), (RECORDINGS, rows)):  # the recordings make it count
             stream = io.BytesIO()
@@ -182,13 +193,23 @@ class Store:
             self.place.write(f"{kind}/rig={_quote(rig)}/{batch}.parquet", stream.getvalue())
 
     def _read_all(self, kind: str, schema: pa.Schema) -> pa.Table:
-        names = [n for n in self.place.list_files(kind) if n.endswith(".parquet")]
-        return pa.concat_tables([self._read(n, schema) for n in names] or [schema.empty_table()])
+        """Return all rows of a kind, from a listing whose files were all there when read."""
+        while True:
+            names = self._list_parquet(kind)
+            tables = [self._read(name, schema) for name in names]
+            gone = [name for name, table in zip(names, tables, strict=True) if table is None]
+            if not gone or not set(gone).isdisjoint(self._list_parquet(kind)):
+                whole = [table for table in tables if table is not None]
+                return pa.concat_tables(whole or [schema.empty_table()])
 
-    def _read(self, name: str, schema: pa.Schema) -> pa.Table:
+    def _list_parquet(self, kind: str) -> list[str]:
+        return [n for n in self.place.list_files(kind) if n.endswith(".parquet")]
+
+    def _read(self, name: str, schema: pa.Schema) -> pa.Table | None:
+        """Return the rows of a file; None where it is gone: another run merged it meanwhile."""
         content = self.place.read(name)
-        if content is None:  # merged meanwhile, or never written
-            return schema.empty_table()
+        if content is None:
+            return None
         try:
             return pq.read_table(io.BytesIO(content), schema=schema, partitioning=None)
         except (pa.ArrowInvalid, OSError) as error:

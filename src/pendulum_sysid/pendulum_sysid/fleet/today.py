@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -36,9 +37,9 @@ def make_twin_of_today(store: Store, history: History) -> tuple[Twin, dict[str, 
         file = Path(folder) / "twin.yaml"
         file.write_bytes(store.read_twin(digest))
         twin = load_twin(file)
-    kept = set(twin.effects) | {
-        name for name in list_effects(history) if not BY_NAME[name].of_recording
-    }
+    named = list_effects(history)
+    _check_known(store, named)
+    kept = set(twin.effects) | {name for name in named if not BY_NAME[name].of_recording}
     constants: dict[str, float] = {}
     effects = {name: dict(values) for name, values in twin.effects.items()}
     effects |= {name: {} for name in kept if name not in effects}
@@ -63,6 +64,16 @@ def make_twin_of_today(store: Store, history: History) -> tuple[Twin, dict[str, 
             f"{store.address}: expected pooled constants of {history.rig} that a body can have, "
             f"found otherwise: {error}"
         ) from error
+
+
+def _check_known(store: Store, names: Sequence[str]) -> None:
+    """Raise FileError for an effect of the user's own that is not loaded here."""
+    unknown = [name for name in names if name not in BY_NAME]
+    if unknown:
+        raise FileError(
+            f"{store.address}: expected effects of the catalogue or of your own, found "
+            f"{', '.join(unknown)}: give --effects FOLDER as the run did"
+        )
 
 
 def limit_value(size: Size) -> float:

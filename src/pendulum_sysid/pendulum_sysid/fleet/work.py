@@ -238,6 +238,8 @@ def _keep_verdict(verdict: Verdict, work: Work) -> None:
             save_twin(verdict.twin, Path(temporary) / "twin.yaml")
             content = (Path(temporary) / "twin.yaml").read_bytes()
         store.place.write(f"{folder}/twin.yaml", content)
+    else:  # of an earlier diagnosis
+        store.place.remove(f"{folder}/twin.yaml")
 
 
 def _discard(line: str) -> None:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from pendulum_sysid.fleet.engine import Engine
 from pendulum_sysid.telling.output_files import format_json, write_text
@@ -17,7 +19,6 @@ TRIAL_LIMIT_S = 3600.0  # of one trial with its rivals
 MAY_DIFFER = (
     "trials",
     "rivals",
-    "dose_tries",
     "processes",
     "scheduler",
 )  # from run to run in one folder
@@ -84,22 +85,39 @@ class Plan:
 
 
 def claim_folder(plan: Plan, folder: Path) -> None:
-    """Write the plan into the folder; raise BadInputError when another proof began there."""
+    """Write the plan into the folder; raise BadInputError when another proof began there.
+
+    A dose-response may be added to a proof and left out again, but its tries stay as many: they
+    decide which effects are tried at smaller sizes, and these take turns by the trial's number.
+    """
     path = folder / FILE
     planned = {"schema": SCHEMA, **asdict(plan)}
+    tries = _read(path).get("dose_tries") if path.exists() else None
+    if tries and not plan.dose_tries:
+        planned["dose_tries"] = tries
+    claim_file(path, planned, MAY_DIFFER if tries else (*MAY_DIFFER, "dose_tries"))
+
+
+def claim_file(path: Path, planned: dict[str, Any], may_differ: Sequence[str] = ()) -> None:
+    """Write what is planned for a folder into a file of it.
+
+    planned: in JSON's types.
+    may_differ: keys whose values may change from run to run in one folder.
+    Raises BadInputError when the file holds another plan.
+    """
     if path.exists():
         earlier = _read(path)
-        for key in [key for key in planned if key not in MAY_DIFFER]:
+        for key in [key for key in planned if key not in may_differ]:
             if earlier.get(key) != planned[key]:
                 raise BadInputError(
-                    f"{folder}: expected the proof that began there with "
+                    f"{path.parent}: expected the proof that began there with "
                     f"{key} = {earlier.get(key)}, found {key} = {planned[key]}: "
                     "name another folder"
                 )
     write_text(path, format_json(planned) + "\n")
 
 
-def _read(path: Path) -> dict:
+def _read(path: Path) -> dict[str, Any]:
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:

@@ -22,6 +22,7 @@ from pendulum_sysid.studies.errors import WorkerError
 from pendulum_sysid.studies.proof.degrade.bases import list_recorder_options
 from pendulum_sysid.studies.proof.degrade.kinds import BY_NAME, DEGRADATIONS, Degradation
 from pendulum_sysid.studies.proof.degrade.score import Score, score_answer
+from pendulum_sysid.studies.proof.plan import claim_file
 from pendulum_sysid.studies.proof.read_trial import read_trial
 from pendulum_sysid.studies.proof.record_trial import check_options, check_recorder, record_trial
 from pendulum_sysid.studies.proof.records import OpenedTrial
@@ -31,6 +32,7 @@ from pendulum_twin.model import load_twin
 from pendulum_twin.suggest import add_hint
 
 SCHEMA = "pendulum_degraded/1"
+STUDY_SCHEMA, STUDY_FILE = "pendulum_degraded_plan/1", "degraded_plan.json"
 KINDS_OF_RIG = "nothing:1,single:1,pair:1"
 Progress = Callable[[str], None]
 
@@ -90,7 +92,8 @@ def run_study(study: Study, folder: Path, progress: Progress) -> list[Row]:
 
     What an earlier run has answered in the folder is not done again.
 
-    Raises BadInputError when rigs cannot be recorded, and WrongUse when a kind is unknown.
+    Raises BadInputError when rigs cannot be recorded or the folder holds a study of another seed
+    or twin, and WrongUse when a kind is unknown.
     """
     check_recorder()
     check_folder(folder)
@@ -101,6 +104,8 @@ def run_study(study: Study, folder: Path, progress: Progress) -> list[Row]:
                 f"--degrade: expected kinds among {known}, found {name!r}{add_hint(name, BY_NAME)}"
             )
     check_options(study.recorder_options)
+    drawn_from = {"schema": STUDY_SCHEMA, "seed": study.seed, "twin": study.twin}
+    claim_file(folder / STUDY_FILE, drawn_from)
     rows: list[Row] = []
     works = [
         RigWork(study, folder.absolute(), base, number)
