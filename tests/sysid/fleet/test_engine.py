@@ -67,6 +67,13 @@ def test_a_worker_that_is_killed_again_and_again_comes_back() -> None:
         assert [e.result for e in run_tasks(client, act_as_told, [3])] == [9]
 
 
+def test_a_worker_that_is_ended_while_it_starts_ends_no_cluster() -> None:
+    """Dask's cluster hears of its end alone: KeyError, and it watches no worker any more."""
+    with open_client(Engine(workers=1)) as client:
+        client.cluster._update_worker_status("remove", "tcp://127.0.0.1:9")
+        assert [e.result for e in run_tasks(client, act_as_told, [3])] == [9]
+
+
 def get_other_process(client, last: int) -> int:
     """Return the process of a worker, another than the last; 0 where there is none."""
     answers = client.run(os.getpid, on_error="return").values()

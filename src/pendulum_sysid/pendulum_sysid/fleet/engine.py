@@ -28,12 +28,13 @@ try:
     from distributed import (
         Client,
         KilledWorker,
-        LocalCluster,
         WorkerPlugin,
         as_completed,
         get_worker,
     )
     from distributed.comm.core import CommClosedError
+
+    from pendulum_sysid.fleet.local_cluster import start_cluster
 except ImportError as error:  # pragma: no cover
     raise BadInputError(
         "expected the packages of many recordings, found dask missing: "
@@ -152,7 +153,8 @@ def open_client(engine: Engine, prepare: Callable[[], None] | None = None) -> It
 @contextmanager
 def _connect(engine: Engine) -> Iterator[Client]:
     if engine.scheduler is None:
-        with _start_cluster(engine) as cluster, Client(cluster, timeout=CONNECT_S) as client:
+        cluster = start_cluster(engine.workers, engine.memory_bytes)
+        with cluster, Client(cluster, timeout=CONNECT_S) as client:
             yield client
         return
     try:
@@ -165,23 +167,6 @@ def _connect(engine: Engine) -> Iterator[Client]:
     with client:
         client.run_on_scheduler(_set_limits)
         yield client
-
-
-def _start_cluster(engine: Engine) -> LocalCluster:
-    try:
-        return LocalCluster(
-            n_workers=engine.workers,
-            threads_per_worker=1,
-            memory_limit=engine.memory_bytes,
-            dashboard_address="127.0.0.1:0",
-            host="127.0.0.1",
-            silence_logs=logging.CRITICAL,
-        )
-    except (RuntimeError, OSError, TimeoutError) as error:
-        raise BadInputError(
-            f"expected {engine.workers} worker processes, found that one ended while it started "
-            f"({error}): run the same command again, with fewer workers if memory is short"
-        ) from error
 
 
 def _set_limits(dask_scheduler: Any) -> None:
