@@ -129,10 +129,11 @@ def test_named(friction: tuple[dict, Findings]) -> None:
     size, true = one["parameters"]["level_n"], COULOMB["cart_coulomb_friction"]["level_n"]
     assert size["value"] == pytest.approx(true, rel=0.05)
     assert size["low"] <= size["value"] <= size["high"] and found["remainder"] is None
-    visited = found["recording"].pop("visited")
+    facts = dict(found["recording"])
+    visited = facts.pop("visited")
     assert {"cart_position", "pole_angle", "command"} < set(visited)
     assert all(low < high for low, high in visited.values())
-    assert found["recording"] == {
+    assert facts == {
         "name": "hidden", "seconds": 24.0, "samples": 2400, "rate_hz": pytest.approx(100.0),
         "digest": "sha256:5", "position_step_m": pytest.approx(57e-6, rel=1e-6),
         "angle_step_rad": pytest.approx(2 * np.pi / 4096, rel=1e-6),
