@@ -26,7 +26,16 @@ class Outcome(Enum):
 
 
 type FaultKind = Literal[
-    "spike", "gap", "jitter", "wrap", "stale", "clipped", "slip", "rail_end", "other_command"
+    "spike",
+    "gap",
+    "jitter",
+    "wrap",
+    "stale",
+    "clipped",
+    "slip",
+    "rail_end",
+    "other_command",
+    "other_rate",
 ]
 
 
@@ -35,7 +44,8 @@ class QualityFinding:
     """Say what is wrong with the data of a recording.
 
     Attributes:
-        kind: spike, gap, jitter, wrap, stale, clipped, slip, rail_end or other_command.
+        kind: spike, gap, jitter, wrap, stale, clipped, slip, rail_end, other_command or
+            other_rate.
         count: how many there are.
         intervals_s: where, in s from the first sample.
         note: what the kind alone does not say, in words; empty for nothing.

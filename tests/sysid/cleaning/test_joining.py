@@ -47,7 +47,7 @@ def test_recordings_of_two_rates_say_by_how_much_speeds_are_off() -> None:
     first, second = made(INTECO, 5.0), made(INTECO, 5.0, seed=1)
     slow = replace(second, signals=replace(second.signals, period_s=0.01005))
     (uneven,) = join_recordings([first, second, slow]).findings
-    assert (uneven.kind, uneven.count) == ("jitter", 1)
+    assert (uneven.kind, uneven.count) == ("other_rate", 1)
     assert "10 ms" in uneven.note and "off by up to 0.50%" in uneven.note
     close = replace(second, signals=replace(second.signals, period_s=0.010005))
     assert join_recordings([first, close]).findings == ()

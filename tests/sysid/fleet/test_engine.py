@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import dask
+import distributed.deploy.spec as dask_spec
 import pytest
 from support.engine_tasks import act_as_told, get_process
 from support.polling import until
@@ -69,6 +70,7 @@ def test_a_worker_that_is_killed_again_and_again_comes_back() -> None:
 
 def test_a_worker_that_is_ended_while_it_starts_ends_no_cluster() -> None:
     """Dask's cluster hears of its end alone: KeyError, and it watches no worker any more."""
+    assert "_update_worker_status" in vars(dask_spec.SpecCluster)  # private: ours replaces it
     with open_client(Engine(workers=1)) as client:
         client.cluster._update_worker_status("remove", "tcp://127.0.0.1:9")
         assert [e.result for e in run_tasks(client, act_as_told, [3])] == [9]

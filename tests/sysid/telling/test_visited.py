@@ -56,8 +56,8 @@ def test_samples_that_were_left_out_are_not_visited() -> None:
 @pytest.mark.parametrize(
     ("angles", "said"),
     [
-        ((-0.8, 1.81), "the pole up to 1.81 rad from hanging, at up to 2.40 rad/s"),
-        ((-3.1, 3.13), "the pole at all angles, at up to 2.40 rad/s"),
+        ((-0.8, 1.81), "the pole goes up to 1.81 rad from hanging, at up to 2.40 rad/s"),
+        ((-3.1, 3.13), "the pole goes through all angles, at up to 2.40 rad/s"),
     ],
 )
 def test_the_sentence_says_where_no_twin_was_compared(
@@ -65,9 +65,9 @@ def test_the_sentence_says_where_no_twin_was_compared(
 ) -> None:
     visited = {"pole_angle": angles, "pole_rate": (-2.4, 1.0)}
     assert describe_visited(visited) == (
-        f"The recording moves {said}. Beyond, no twin was compared with the rig."
+        f"In this recording {said}. Beyond, no twin was compared with the rig."
     )
     both = {"cart_position": (-0.2, 0.4), "cart_velocity": (-0.6, 0.5), **visited}
     sentence = describe_visited(both)
-    assert "the cart from −0.200 to 0.400 m, at up to 0.600 m/s, and the pole" in sentence
+    assert "the cart goes from −0.200 to 0.400 m, at up to 0.600 m/s, and the pole" in sentence
     assert describe_visited({}) == ""

@@ -14,7 +14,7 @@ from pendulum_twin.arrays import Floats
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.signals import Signals, join_signals
 
-PERIODS_DIFFER = 1e-3  # of the period: from there on it is said what that does to constants
+PERIODS_DIFFER = 1e-3  # of the period: the least difference that data_quality tells
 
 
 def join_recordings(recordings: Sequence[Recording]) -> Recording:
@@ -92,4 +92,4 @@ def _compare_periods(recordings: Sequence[Recording]) -> tuple[QualityFinding, .
         f"periods are off by up to {max(differences):.2%}: so are speeds; diagnose recordings of "
         "each rate apart where this matters"
     )
-    return (QualityFinding("jitter", count, note=note),)
+    return (QualityFinding("other_rate", count, note=note),)

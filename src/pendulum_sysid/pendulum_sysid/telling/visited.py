@@ -49,18 +49,17 @@ def describe_visited(visited: Mapping[str, Range]) -> str:
     if "cart_position" in visited:
         low, high = (format_number(end) for end in visited["cart_position"])
         fastest = _describe_fastest(visited, "cart_velocity")
-        parts.append(f"the cart from {low} to {high} m{fastest}")
+        parts.append(f"the cart goes from {low} to {high} m{fastest}")
     if "pole_angle" in visited:
         farthest = max(abs(end) for end in visited["pole_angle"])
         angles = f"up to {format_number(farthest)} rad from hanging"
         if farthest >= NEARLY_UP:
-            angles = "at all angles"
-        parts.append(f"the pole {angles}{_describe_fastest(visited, 'pole_rate')}")
+            angles = "through all angles"
+        parts.append(f"the pole goes {angles}{_describe_fastest(visited, 'pole_rate')}")
     if not parts:
         return ""
-    return (
-        f"The recording moves {', and '.join(parts)}. Beyond, no twin was compared with the rig."
-    )
+    motion = ", and ".join(parts)
+    return f"In this recording {motion}. Beyond, no twin was compared with the rig."
 
 
 def _describe_fastest(visited: Mapping[str, Range], name: str) -> str:

@@ -134,6 +134,7 @@ QUALITY: dict[FaultKind, str] = {
     "clipped": "values stuck at a limit",
     "slip": "jumps of the cart's reading that no force explains; left out",
     "rail_end": "stretches in which the cart stands at an end of the rail; left out",
+    "other_rate": "recordings of another sample rate than the first",
     "other_command": "stretches in which the driver sent other commands than were read",
 }
 

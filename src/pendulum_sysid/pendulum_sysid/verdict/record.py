@@ -190,7 +190,7 @@ class RecordingFacts:
         digest: "sha256:..." of the recording's files.
         position_step_m: step of the cart's encoder; 0 where none shows.
         angle_step_rad: step of the pole's encoder; 0 where none shows.
-        visited: lowest and highest value of each variable (`telling.visited`), by its name; empty
+        visited: lowest and highest value of each variable (`telling.visited`), by its name. Empty
             for a recording that was not used, and in older files.
     """
 
