@@ -440,14 +440,28 @@ def test_one_message_is_refused(tmp_path: Path) -> None:
     )
 
 
-def test_times_that_run_backwards_are_refused(tmp_path: Path) -> None:
+def test_a_clock_that_was_set_back_is_refused(tmp_path: Path) -> None:
+    messages = [
+        (int(t), state(t - 25_000_000 * (k > 1000), ["cart"], [CART[k]]))
+        for k, t in enumerate(TIMES)
+    ]
+    sentence = refusal(write(tmp_path / "bag", only_states(messages)))
+    assert "run backwards by 0.015 s after sample 1000 (10 s from the start)" in sentence
+
+
+def test_messages_out_of_order_are_left_out_and_counted(tmp_path: Path) -> None:
     messages = states()
     messages[50], messages[51] = (
         (messages[50][0], messages[51][1]),
         (messages[51][0], messages[50][1]),
     )
-    sentence = refusal(write(tmp_path / "bag", only_states(messages)))
-    assert "run backwards by 0.01 s after sample 50 (0.51 s from the start)" in sentence
+    messages[700] = (messages[700][0], state(TIMES[700] + 10**12, ["cart"], [CART[700]]))
+    raw = read_bag(write(tmp_path / "bag", only_states(messages)))
+    assert raw.lost_messages == 2 and len(raw.state_stamp_s) == COUNT - 2
+    at = np.rint(raw.state_stamp_s / 0.01).astype(int)
+    np.testing.assert_array_equal(raw.positions["cart"], CART[at])
+    (gap,) = [f for f in clean_recording(raw).findings if f.kind == "gap"]
+    assert "missing, unreadable or out of order: 2" in gap.note
 
 
 def test_messages_that_are_not_stamped_are_refused(tmp_path: Path) -> None:

@@ -24,7 +24,10 @@ def _list_lost(raw: RawRecording, end_s: float) -> tuple[Fault, ...]:
     damaged = raw.damaged_parts
     lost = [
         (damaged, f"parts of the file that are damaged and left out: {damaged}"),
-        (raw.lost_messages, f"messages that are missing or unreadable: {raw.lost_messages}"),
+        (
+            raw.lost_messages,
+            f"messages that are missing, unreadable or out of order: {raw.lost_messages}",
+        ),
         (raw.cut_short, "the file ends before its end mark"),
     ]
     return tuple(Fault("gap", ((end_s, end_s),), note) for there, note in lost if there)

@@ -149,7 +149,7 @@ def _make_recording(
         command=command,
         **{channel: decoded.channels.get(channel) for channel in STATE_CHANNELS},
         state_received_s=(decoded.received_ns - stamps[0]) / 1e9,
-        lost_messages=max(0, short) + decoded.undecodable + bad_commands,
+        lost_messages=max(0, short) + decoded.unused + bad_commands,
         cut_short=not contents.whole and not (counted and short == 0),
         given_up="" if find_plan_outcome(bag) == PLAYED else find_plan_outcome(bag),
         damaged_parts=contents.damaged_parts,

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from pendulum_sysid.reading.raw import JOINTS, STATE_CHANNELS
+from pendulum_sysid.reading.stamp_order import find_ordered
 from pendulum_twin.arrays import Floats, Ints
 
 Decode = Callable[[bytes], Any]
@@ -17,24 +18,26 @@ Messages = Iterable[tuple[int, bytes]]
 
 @dataclass(frozen=True)
 class DecodedStates:
-    """Hold the joint states of (n,) messages.
+    """Hold the joint states of (n,) messages that are used.
 
-    stamps_ns: (n,) of their headers.
+    stamps_ns: (n,) of their headers; they rise, unless the clock was set back.
     received_ns: (n,) when they were received.
     channels: channel -> (n,) values; joints are found by name, NaN where a message lacks one.
-    undecodable: number of messages that could not be decoded.
+    unused: number of messages that could not be decoded, or were out of order.
     """
 
     stamps_ns: Ints
     received_ns: Ints
     channels: dict[str, Floats]
-    undecodable: int
+    unused: int
 
 
 def decode_states(messages: Messages, decode: Decode) -> DecodedStates:
-    """Return the joint states of all messages that can be decoded."""
+    """Return the joint states of all messages that can be decoded and are in order."""
     decoded, times, bad = _decoded(messages, decode)
-    stamps = [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in decoded]
+    stamps = np.array(
+        [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in decoded], dtype=np.int64
+    )
     rows = [
         [
             _pick_joint(m.name, values, joint)
@@ -44,10 +47,12 @@ def decode_states(messages: Messages, decode: Decode) -> DecodedStates:
         for m in decoded
     ]
     table = np.array(rows, dtype=np.float64).reshape(-1, len(STATE_CHANNELS)).T
-    channels = dict(zip(STATE_CHANNELS, table, strict=True))
+    ordered = find_ordered(stamps)
+    channels = dict(zip(STATE_CHANNELS, table[:, ordered], strict=True))
     present = {name: values for name, values in channels.items() if not np.all(np.isnan(values))}
-    received = np.array(times, dtype=np.int64)
-    return DecodedStates(np.array(stamps, dtype=np.int64), received, present, bad)
+    received = np.array(times, dtype=np.int64)[ordered]
+    unused = bad + int(np.count_nonzero(~ordered))
+    return DecodedStates(stamps[ordered], received, present, unused)
 
 
 def decode_commands(messages: Messages, decode: Decode) -> tuple[Ints, Floats, int]:

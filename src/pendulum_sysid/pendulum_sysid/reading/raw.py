@@ -29,7 +29,8 @@ class RawRecording:
     cart_velocity, pole_velocity: (n,) as reported, m/s and rad/s; NaN and None as above.
     command_stamp_s: (m,) when each command was received, s from the first sampling time.
     command: (m,) PWM fraction, NaN where it was not finite; empty when there are no commands.
-    lost_messages: messages of the two topics that the bag's index counts beyond those read.
+    lost_messages: messages of the two topics that the bag's index counts beyond those read, that
+        cannot be read, or that are out of the order of their stamps.
     damaged_parts: parts of the file whose bytes are damaged, and which are left out.
     cut_short: whether a file ends before its end mark or is damaged, and no index shows that
         nothing was lost.
