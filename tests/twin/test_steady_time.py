@@ -2,9 +2,12 @@
 
 from itertools import pairwise
 
+import pytest
+
 from pendulum_twin.steady_time import FOLLOWED_NS, SteadyTime
 
 PERIOD_NS, SET_NS = 10_000_000, 3_600 * 10**9
+STILL_NS = 50_000_000
 
 
 def test_stamps_are_even_until_the_clock_is_set() -> None:
@@ -21,3 +24,25 @@ def test_stamps_are_even_until_the_clock_is_set() -> None:
     steps = [b - a for a, b in pairwise(stamps)]
     assert steps.pop(9) - PERIOD_NS + SET_NS < FOLLOWED_NS
     assert set(steps) == {PERIOD_NS}
+
+
+@pytest.mark.parametrize("times", [1, 100])
+@pytest.mark.parametrize("at", [0, 10])
+def test_a_computer_that_stands_still_between_the_clocks_moves_no_stamp(
+    at: int, times: int
+) -> None:
+    """The second clock is read late, once or again and again: that is no clock that was set."""
+    now, stands = [0], []
+
+    def read_system() -> int:
+        system = now[0] + SET_NS
+        now[0] += stands.pop() if stands else 0
+        return system
+
+    stands += [] if at else [STILL_NS]
+    clock = SteadyTime(lambda: now[0], read_system)
+    stamps = []
+    for k in range(30):
+        stands[:] = [STILL_NS] * times if k == at else []
+        stamps.append(clock.to_stamp(k * PERIOD_NS))
+    assert stamps == [SET_NS + k * PERIOD_NS for k in range(30)]
