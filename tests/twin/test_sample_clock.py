@@ -24,6 +24,15 @@ def test_a_standstill_is_given_up_and_counted() -> None:
     assert clock.take_due_times(2010 * MS) == [2010 * MS]
 
 
+def test_times_stay_whole_periods_apart_over_a_standstill() -> None:
+    """A timer that fires every period goes on in its phase, too."""
+    clock = SampleClock(0.01)
+    clock.take_due_times(0)
+    assert clock.take_due_times(2004 * MS) == [2000 * MS] and clock.lost == 199
+    assert clock.take_due_times(3007 * MS) == [3010 * MS] and clock.lost == 299
+    assert clock.take_due_times(3020 * MS) == [3020 * MS]
+
+
 def test_a_clock_set_back_starts_anew() -> None:
     clock = SampleClock(0.01)
     clock.take_due_times(5000 * MS)
@@ -66,8 +75,8 @@ def test_a_slow_clock_gives_even_times(rate_hz: float) -> None:
     assert clock.lost == 0
 
 
-def test_a_slow_clock_gives_up_what_it_missed_and_starts_anew_when_set_back() -> None:
+def test_a_slow_clock_gives_up_what_it_missed_and_begins_anew_when_set_back() -> None:
     clock = SampleClock(0.5)
     clock.take_due_times(0)
-    assert clock.take_due_times(1100 * MS) == [1100 * MS] and clock.lost == 1
+    assert clock.take_due_times(1100 * MS) == [1000 * MS] and clock.lost == 1
     assert clock.take_due_times(500 * MS) == [500 * MS]

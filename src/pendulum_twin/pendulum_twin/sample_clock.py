@@ -11,7 +11,8 @@ class SampleClock:
     """Give out sampling times, each exactly a period after the last.
 
     A time is due from half a period before it, so that a timer's jitter neither skips nor doubles
-    a sample. After a standstill of more than LONGEST_BACKLOG_S the times between are given up.
+    a sample. After a standstill of more than LONGEST_BACKLOG_S the times between are given up; a
+    clock that was set back begins anew.
 
     period_s: s from sample to sample.
     lost: how many times were given up.
@@ -29,8 +30,10 @@ class SampleClock:
             self._first_ns = now_ns
         behind = floor((now_ns - self._first_ns) / self._period_ns + 0.5) + 1 - self._given
         # the newest time that is due is not late; of a clock that was set back none is due
-        if max(behind - 1, -behind) * self._period_ns > LONGEST_BACKLOG_S * 1e9:
-            self.lost += max(behind - 1, 0)
+        if (behind - 1) * self._period_ns > LONGEST_BACKLOG_S * 1e9:
+            self.lost += behind - 1
+            self._given, behind = self._given + behind - 1, 1
+        elif -behind * self._period_ns > LONGEST_BACKLOG_S * 1e9:
             self._first_ns, self._given, behind = now_ns, 0, 1
         times = [
             self._first_ns + round((self._given + k) * self._period_ns)

@@ -449,19 +449,22 @@ def test_a_clock_that_was_set_back_is_refused(tmp_path: Path) -> None:
     assert "run backwards by 0.015 s after sample 1000 (10 s from the start)" in sentence
 
 
-def test_messages_out_of_order_are_left_out_and_counted(tmp_path: Path) -> None:
+def test_messages_out_of_order_by_stamp_or_arrival_are_left_out_and_counted(
+    tmp_path: Path,
+) -> None:
     messages = states()
     messages[50], messages[51] = (
         (messages[50][0], messages[51][1]),
         (messages[51][0], messages[50][1]),
     )
     messages[700] = (messages[700][0], state(TIMES[700] + 10**12, ["cart"], [CART[700]]))
+    messages[900] = (messages[900][0] - 10**9, messages[900][1])
     raw = read_bag(write(tmp_path / "bag", only_states(messages)))
-    assert raw.lost_messages == 2 and len(raw.state_stamp_s) == COUNT - 2
+    assert raw.lost_messages == 3 and len(raw.state_stamp_s) == COUNT - 3
     at = np.rint(raw.state_stamp_s / 0.01).astype(int)
     np.testing.assert_array_equal(raw.positions["cart"], CART[at])
     (gap,) = [f for f in clean_recording(raw).findings if f.kind == "gap"]
-    assert "missing, unreadable or out of order: 2" in gap.note
+    assert "missing, unreadable or out of order: 3" in gap.note
 
 
 def test_messages_that_are_not_stamped_are_refused(tmp_path: Path) -> None:

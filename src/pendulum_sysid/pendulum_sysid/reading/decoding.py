@@ -47,12 +47,12 @@ def decode_states(messages: Messages, decode: Decode) -> DecodedStates:
         for m in decoded
     ]
     table = np.array(rows, dtype=np.float64).reshape(-1, len(STATE_CHANNELS)).T
-    ordered = find_ordered(stamps)
+    received = np.array(times, dtype=np.int64)
+    ordered = find_ordered(stamps) & find_ordered(received)
     channels = dict(zip(STATE_CHANNELS, table[:, ordered], strict=True))
     present = {name: values for name, values in channels.items() if not np.all(np.isnan(values))}
-    received = np.array(times, dtype=np.int64)[ordered]
     unused = bad + int(np.count_nonzero(~ordered))
-    return DecodedStates(stamps[ordered], received, present, unused)
+    return DecodedStates(stamps[ordered], received[ordered], present, unused)
 
 
 def decode_commands(messages: Messages, decode: Decode) -> tuple[Ints, Floats, int]:

@@ -1,8 +1,8 @@
 """Samples that came out of the order of their stamps: left out, unless the clock was set back.
 
-Messages overtake each other on their way, and a stamp may be wrong. The other samples still take
-the time that so many samples take. A clock that was set back shows less time than that, and
-nothing tells how much is lost: such a recording is left as it is, and refused.
+Messages overtake each other on their way, and a stamp may be wrong: such a sample lacks among the
+others, by its stamp or where it stands. Where a clock was set back no sample lacks. Nothing tells
+how much time is lost there: such a recording is left as it is, and refused.
 """
 
 from __future__ import annotations
@@ -16,6 +16,9 @@ from pendulum_twin.arrays import Ints, Mask
 
 NEIGHBOURS = 20  # samples on either side, over which the time is compared with their number
 LEAST_LOST_PERIODS = 0.5  # of time; a clock that runs backwards was set back by a period at least
+LEAST_APART_PERIODS = (
+    0.75  # of stamps with a sample each; none is farther from a full row than 0.5
+)
 
 
 def find_ordered(stamps_ns: Ints) -> Mask:
@@ -49,13 +52,22 @@ def _find_longest_rise(stamps_ns: Ints) -> Mask:
 
 
 def _is_time_lost(stamps_ns: Ints, ordered: Mask) -> bool:
-    """Return whether stamps around samples out of order show less time than so many samples."""
-    kept = np.flatnonzero(ordered)
-    period_ns = float(np.median(np.diff(stamps_ns[kept])))
+    """Return whether samples out of order have no place among the others: their time is lost.
+
+    A sample that was overtaken fits between the others by its stamp, and a sample with a wrong
+    stamp where it stands.
+    """
+    kept, left_out = np.flatnonzero(ordered), np.flatnonzero(~ordered)
+    others = stamps_ns[kept]
+    period_ns = float(np.median(np.diff(others)))
+    after = np.searchsorted(others, stamps_ns[left_out])
+    sides = others[np.clip([after - 1, after], 0, len(others) - 1)]
+    nearest = np.abs(sides - stamps_ns[left_out]).min(axis=0) / period_ns
+    crowded = left_out[nearest < LEAST_APART_PERIODS]
     reach = np.arange(1, NEIGHBOURS + 1)
-    for gap in np.flatnonzero(np.diff(kept) > 1):
-        a = kept[np.maximum(gap + 1 - reach, 0)]
-        b = kept[np.minimum(gap + reach, len(kept) - 1)]
+    for gap in np.unique(np.searchsorted(kept, crowded)):
+        a = kept[np.maximum(gap - reach, 0)]
+        b = kept[np.minimum(gap - 1 + reach, len(kept) - 1)]
         lost = (b - a) - (stamps_ns[b] - stamps_ns[a]) / period_ns
         if np.median(lost) > LEAST_LOST_PERIODS:  # a neighbour may be out of its place, too
             return True
