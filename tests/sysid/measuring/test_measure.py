@@ -38,8 +38,6 @@ from pendulum_sysid.measuring.names_beside_laws import (
 from pendulum_sysid.measuring.naming import (
     NamedCurve,
     _is_certain,
-    write_formula,
-    write_sentence,
 )
 from pendulum_sysid.measuring.penalised_fit import LawFit
 from pendulum_sysid.measuring.ranking import rank_curves
@@ -47,6 +45,7 @@ from pendulum_sysid.measuring.shapes import SHAPES, FittedShape
 from pendulum_sysid.measuring.shared_parameters import list_shared_parameters
 from pendulum_sysid.prepare import prepare
 from pendulum_sysid.records import Recording
+from pendulum_sysid.telling.law_text import write_formula, write_sentence
 from pendulum_twin.laws import BY_NAME
 from pendulum_twin.laws.kind import LIMITS, Role
 from pendulum_twin.laws.law import Law, evaluate_law, spread_turn
@@ -283,7 +282,7 @@ def test_friction_of_one_half_of_the_rail_has_a_sharp_edge():
     assert sizes["behind"] == pytest.approx(1.0, abs=0.02)
     assert sizes["place"] == pytest.approx(0.0431, abs=1e-3)
     assert final.choose < 1.2 < 2.0 < held.law_fit.fit.choose
-    assert "behind it (step)" in write_sentence(named)
+    assert "m behind it." in write_sentence(named)
 
 
 def test_a_formula_that_is_worse_than_its_curve_is_not_told():

@@ -7,8 +7,8 @@ start is refined.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import product
 
 import numpy as np
@@ -34,9 +34,11 @@ class Shape:
     factors: names of their factors.
     more: names of the other parameters.
     starts: of each of these; made from the lowest place, the range and the number of places.
-    words: what the curve does, for a person, with the parameters in braces.
+    words: what the curve does, for a person, with the parameters in braces and {x}, the unit of
+        the variable: a growth is said for a step of this unit.
     edge: True for a curve that goes from a constant to another at `place`, within some `width`.
     parts: factors of the parts of a sum; each part has to be there. Empty for a single part.
+    powers: of the variable's unit, by which the unit of a factor is divided; 0 where not listed.
     """
 
     name: str
@@ -48,6 +50,7 @@ class Shape:
     words: str = ""
     edge: bool = False
     parts: tuple[tuple[str, ...], ...] = ()
+    powers: Mapping[str, int] = field(default_factory=dict)
 
     def draw_columns(self, x: Floats, more: Sequence[float] | Floats) -> Floats:
         """Return the columns (n, factors) at places (n,); bounded for all parameters."""
@@ -97,42 +100,48 @@ SHAPES: tuple[Shape, ...] = (
         "{offset} + {slope} x",
         lambda x: _stack(_ones(x), x),
         ("offset", "slope"),
-        words="is {offset}, and changes by {slope} for each unit",
+        words="is {offset}, and changes by {slope} for each {x}",
+        powers={"slope": 1},
     ),
     Shape(
         "square",
         "{offset} + {factor} x^2",
         lambda x: _stack(_ones(x), x * x),
         ("offset", "factor"),
-        words="is {offset}, and grows by {factor} times the square",
+        words="is {offset}, and grows with the square, by {factor} at 1 {x}",
+        powers={"factor": 2},
     ),
     Shape(
         "signed square",
         "{offset} + {factor} x |x|",
         lambda x: _stack(_ones(x), x * np.abs(x)),
         ("offset", "factor"),
-        words="is {offset}, and grows by {factor} times the square with its sign",
+        words="is {offset}, and grows with the square and its sign, by {factor} at 1 {x}",
+        powers={"factor": 2},
     ),
     Shape(
         "cube",
         "{offset} + {factor} x^3",
         lambda x: _stack(_ones(x), x**3),
         ("offset", "factor"),
-        words="is {offset}, and grows by {factor} times the cube",
+        words="is {offset}, and grows with the cube, by {factor} at 1 {x}",
+        powers={"factor": 3},
     ),
     Shape(
         "line and cube",
         "{slope} x + {factor} x^3",
         lambda x: _stack(x, x**3),
         ("slope", "factor"),
-        words="grows by {slope} for each unit and by {factor} times the cube",
+        words="grows by {slope} for each {x}, and with the cube by {factor} at 1 {x}",
+        powers={"slope": 1, "factor": 3},
     ),
     Shape(
         "size",
         "{offset} + {factor} |x|",
         lambda x: _stack(_ones(x), np.abs(x)),
         ("offset", "factor"),
-        words="is {offset}, and grows by {factor} for each unit to either side",
+        words="is {offset}, and grows by {factor} for each {x} to either side",
+        powers={"factor": 1},
     ),
     Shape(
         "exponential",

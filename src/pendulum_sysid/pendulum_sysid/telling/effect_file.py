@@ -98,9 +98,7 @@ def write_effect(law: MeasuredLaw, name: str) -> str:
         place=kind.place.name,
         form=form,
         more="    memory=lambda h: 0,\n    inverse=inverse,\n" if is_filter else "",
-        parameters="".join(
-            _write_parameter(key, law, kind, key in SIZES) for key in [*sizes, *others]
-        ),
+        parameters="".join(_write_parameter(key, law, key in SIZES) for key in [*sizes, *others]),
         words=f"{kind.quantity.words[0].upper()}{kind.quantity.words[1:]} over the "
         f"{kind.along.words}: {', '.join(f'{key} {{{key}}}' for key in [*sizes, *others])}.",
         formula=law.formula.replace('"', "'"),
@@ -168,16 +166,15 @@ def _find_form(kind: LawKind) -> tuple[str, str, str, str]:
     )
 
 
-def _write_parameter(key: str, law: MeasuredLaw, kind: LawKind, is_size: bool) -> str:
+def _write_parameter(key: str, law: MeasuredLaw, is_size: bool) -> str:
     """Return the line of a parameter; a search starts from what was measured, and beside it."""
-    value = law.parameters[key].value
+    value, unit = law.parameters[key].value, law.parameters[key].unit
     if is_size:
         probes = f"({value!r}, {-value!r}, {0.3 * value!r}, {-0.3 * value!r})"
-        return f'        Parameter("{key}", "{kind.quantity.unit}", 0.0, -1e6, 1e6, {probes}),\n'
+        return f'        Parameter("{key}", "{unit}", 0.0, -1e6, 1e6, {probes}),\n'
     low = "1e-6" if key in NOT_ZERO and value > 0 else "-1e6"
     high = "-1e-6" if key in NOT_ZERO and value < 0 else "1e6"
     probes = f"({value!r}, {0.6 * value!r}, {1.6 * value!r})"
     return (
-        f'        Parameter("{key}", "{kind.along.unit}", {value!r}, {low}, {high}, {probes}, '
-        "shape=True),\n"
+        f'        Parameter("{key}", "{unit}", {value!r}, {low}, {high}, {probes}, shape=True),\n'
     )

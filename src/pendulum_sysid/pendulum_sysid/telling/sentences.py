@@ -7,11 +7,11 @@ import numpy as np
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.search import Named
 from pendulum_sysid.fitting.parameters import list_rig_parameters
-from pendulum_sysid.measuring.naming import write_sentence
 from pendulum_sysid.measuring.repeatability import Repeatability
 from pendulum_sysid.records import Fit, Outcome
 from pendulum_sysid.telling.events import Events
 from pendulum_sysid.telling.given_values import describe_changed
+from pendulum_sysid.telling.law_text import write_sentence
 from pendulum_sysid.telling.likeness import (
     compute_floors,
     compute_followed_share,

@@ -12,11 +12,12 @@ from pendulum_sysid.cleaning.encoder_steps import find_encoder_step
 from pendulum_sysid.finding.detectors import Reading
 from pendulum_sysid.finding.search import Named
 from pendulum_sysid.fitting.window_runs import WindowRuns
-from pendulum_sysid.measuring.naming import NamedCurve, write_formula, write_sentence
+from pendulum_sysid.measuring.naming import NamedCurve
 from pendulum_sysid.records import Estimate, Fit, Localisation, Outcome, Recording
 from pendulum_sysid.telling.contradictions import describe_contradictions
 from pendulum_sysid.telling.events import Events, list_events
 from pendulum_sysid.telling.given_values import compare_constants, compare_effect_parameters
+from pendulum_sysid.telling.law_text import list_units, write_formula, write_sentence
 from pendulum_sysid.telling.likeness import (
     compute_fit,
     compute_floors,
@@ -267,9 +268,10 @@ def describe_law(named: NamedCurve) -> MeasuredLaw:
     shape = named.shape
     parameters = {}
     if shape is not None:
+        units = list_units(shape.shape, kind)
         parameters = {
             name: EffectParameter(
-                float(value), float(value - half * wide), float(value + half * wide), "1"
+                float(value), float(value - half * wide), float(value + half * wide), units[name]
             )
             for name, value, wide in zip(shape.names, shape.values, shape.deviations, strict=True)
         }
