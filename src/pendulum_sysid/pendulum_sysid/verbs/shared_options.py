@@ -86,18 +86,23 @@ def _split_names(text: str) -> tuple[str, ...]:
 
 def read_above_zero(text: str) -> float:
     """Return a number above 0."""
-    number = read_seconds(text)
-    if number == 0.0:
+    number = _read_number(text)
+    if not 0.0 < number < math.inf:
         raise argparse.ArgumentTypeError(f"expected a number above 0, found {text!r}")
     return number
 
 
 def read_seconds(text: str) -> float:
     """Return a number of seconds from 0 on."""
-    try:
-        seconds = float(text)
-    except ValueError:
-        seconds = math.nan
+    seconds = _read_number(text)
     if not 0.0 <= seconds < math.inf:
         raise argparse.ArgumentTypeError(f"expected a number of seconds from 0 on, found {text!r}")
     return seconds
+
+
+def _read_number(text: str) -> float:
+    """Return the number, or NaN where the text is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
