@@ -120,7 +120,7 @@ VARIABLES: dict[str, tuple[str, str]] = {  # variable or axis of an evidence -> 
 RIG_PARAMETERS: dict[str, str] = {
     "com_distance_m": "distance of the centre of mass from the axis",
     "pole_inertia_kg_m2": "inertia of the pole about its axis",
-    "force_per_pwm_n": "force of the drive for full PWM",
+    "force_per_pwm_n": "force of the drive a unit of command",
     "cart_viscous_n_s_m": "viscous friction of the cart",
     "pole_viscous_n_m_s": "viscous friction of the pole",
 }
