@@ -16,7 +16,7 @@ from pendulum_twin.user_effects import OPTION, VARIABLE
 
 NEXT_RECORDING = "next_recording"
 PLAYING = (
-    "Beside the running driver (namespace /rig), start the recorder in a terminal of its own, play "
+    "Beside the driver (namespace /rig), start the recorder in a terminal of its own, play "
     "the plan, and end the recorder with Ctrl-C."
 )
 
