@@ -215,6 +215,9 @@ def test_a_picture_of_unknown_kind(
         "check BAG",
         "compare BAG --twin A",
         "compare BAG --twin A --twin B --twin C",
+        "replay BAG --twin A --twin B",
+        "diagnose BAG --twin A --twin A --out O",
+        "fit BAG --twin T --out O --method thesis --hold all",
     ],
 )
 def test_wrong_use_is_status_2(capsys: pytest.CaptureFixture[str], line: str) -> None:
@@ -607,6 +610,17 @@ def test_a_misspelt_constant_is_hinted_at(
     words = ["--twin", TWIN, "--out", tmp_path / "o.yaml", "--hold", "pole_inertia"]
     said = refused(capsys, "fit", bag, *words, status=2)
     assert "did you mean pole_inertia_kg_m2?" in said
+
+
+def test_a_fit_of_nothing_is_refused(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, bag: str
+) -> None:
+    out = tmp_path / "fitted.yaml"
+    said = refused(
+        capsys, "fit", bag, "--twin", TWIN, "--out", out, "--hold", "all", "--quiet", status=2
+    )
+    assert "expected a parameter to fit, found all of them held" in said
+    assert not out.exists()
 
 
 @pytest.mark.parametrize(

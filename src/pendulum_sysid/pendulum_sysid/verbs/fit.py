@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
+from pendulum_sysid.errors import WrongUse
 from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import fit_own_parameters
@@ -52,6 +53,10 @@ def run(arguments: argparse.Namespace) -> int:
     """Fit, print what moved and how well the twin runs now, and write it."""
     if arguments.method == "windows" and arguments.max_evaluations is not None:
         arguments.parser.error("--max-evaluations goes with --method thesis")
+    if arguments.method == "thesis" and arguments.hold:
+        arguments.parser.error(
+            "--hold goes with --method windows: the thesis's procedure fits all its parameters"
+        )
     check_file(arguments.out)
     twin = hold_constants(load_twin(arguments.twin), arguments.hold)
     report = arguments.progress.report
@@ -80,6 +85,11 @@ def fit_by_windows(case: Case, report: Progress) -> Fitted:
     case, windows = prepared.case, prepared.split
     report(f"fitting {len(windows.learn)} windows")
     result = fit_own_parameters(case, windows)
+    if not result.estimates:
+        raise WrongUse(
+            "expected a parameter to fit, found all of them held: hold fewer (--hold, or sd: 0 in "
+            "the twin file)"
+        )
     values = convert_distance(result.estimates, case.twin, result.twin)
     result = replace(result, estimates=values)
     cases = case, replace(case, twin=result.twin)

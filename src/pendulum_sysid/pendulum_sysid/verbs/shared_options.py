@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pendulum_sysid.verbs.examples import EXAMPLES
 from pendulum_twin.parser import Parser, add_common_options, offer
@@ -66,6 +66,30 @@ def add_topics(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--command-topic", metavar="T", help="topic of the commands (default: /rig/pwm)"
     )
+
+
+def add_twin(verb: argparse.ArgumentParser, what: str) -> None:
+    """Add --twin, the twin file of a verb that takes a single one."""
+    verb.add_argument("--twin", required=True, type=Path, action=_KeepOnly, help=what)
+
+
+class _KeepOnly(argparse.Action):
+    """Keep the value of an option that is given once, and refuse a second one."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: Any,
+        option_string: str | None = None,
+    ) -> None:
+        """Keep the value; end with status 2 where there is one already."""
+        if getattr(namespace, self.dest) is not None:
+            parser.error(
+                f"expected {option_string} once, found it again with {values}: give a single twin "
+                "file (sysid compare takes two)"
+            )
+        setattr(namespace, self.dest, values)
 
 
 def add_hold(verb: argparse.ArgumentParser) -> None:
