@@ -19,6 +19,7 @@ from pendulum_sysid.cli import main
 from pendulum_sysid.records import Outcome
 from pendulum_sysid.verbs import recordings
 from pendulum_sysid.verbs.diagnose import describe_origin, write_diagnosis
+from pendulum_sysid.verbs.fit import explain_worse_fit
 from pendulum_sysid.verbs.options import make_parser
 from pendulum_sysid.verdict.record import RecordingFacts, Verdict
 from pendulum_sysid.verdict.scores import BeforeAfter, FitScores
@@ -610,6 +611,12 @@ def test_a_misspelt_constant_is_hinted_at(
     words = ["--twin", TWIN, "--out", tmp_path / "o.yaml", "--hold", "pole_inertia"]
     said = refused(capsys, "fit", bag, *words, status=2)
     assert "did you mean pole_inertia_kg_m2?" in said
+
+
+def test_a_worse_fit_at_the_noise_floor_blames_no_missing_physics() -> None:
+    assert "is at the noise" in explain_worse_fit(18.7, 18.8)
+    for floor in (2.0, None):
+        assert "no parameter repairs what is missing" in explain_worse_fit(18.7, floor)
 
 
 def test_a_fit_of_nothing_is_refused(

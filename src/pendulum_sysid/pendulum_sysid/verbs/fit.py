@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
+from pendulum_sysid import decisions
 from pendulum_sysid.errors import WrongUse
 from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.fitting.case import Case
@@ -102,11 +103,7 @@ def fit_by_windows(case: Case, report: Progress) -> Fitted:
             ANSWERED,
         )
     if after.score > before.score:
-        say(
-            "the fit is worse on windows it has not seen: no parameter repairs what is missing; "
-            "ask sysid diagnose",
-            ANSWERED,
-        )
+        say(explain_worse_fit(after.score, floors[1]), ANSWERED)
     rows = make_held_out_rows(before, after, floors)
     text = "\n".join(
         (
@@ -126,6 +123,23 @@ def fit_by_windows(case: Case, report: Progress) -> Fitted:
     }
     mapping = {"converged": result.converged, "parameters": estimates, "held_out": held_out}
     return Fitted(result.twin, text, mapping)
+
+
+def explain_worse_fit(score: float, floor: float | None) -> str:
+    """Return why a fit is worse on held-out windows than the twin that it started from.
+
+    score: of the fitted twin there.
+    floor: the score of a perfect model; None where it cannot be measured.
+    """
+    if floor is not None and score <= decisions.MISFIT_AT_NOISE * floor:
+        return (
+            "the fit is no better on windows it has not seen: the given twin is at the noise "
+            "there, so keep it"
+        )
+    return (
+        "the fit is worse on windows it has not seen: no parameter repairs what is missing; ask "
+        "sysid diagnose"
+    )
 
 
 def _measure_floor(case: Case, windows: Windows) -> float | None:
