@@ -12,6 +12,7 @@ import pytest
 from support.made_recordings import INTECO, made, made_bag
 from support.paths import ROOT
 
+from pendulum_bridge.emulator.conceal import draw_concealed
 from pendulum_sysid.cli import MODULES
 from pendulum_sysid.reading.bag import read_bag
 from pendulum_sysid.verbs.options import make_parser
@@ -79,6 +80,18 @@ def test_the_readme_lists_the_catalogue() -> None:
     assert set(re.findall(r"`(\w+)`", section(README, "The catalogue"))) - {"CATALOGUE"} == set(
         BY_NAME
     )
+
+
+def test_the_demo_of_the_readme_shows_what_its_seed_conceals() -> None:
+    """A catalogue that grows may draw other physics from the seed: run the demo again then."""
+    calls = r"make demo ARGS=\"--seed (\d+) --effects (\d+)\""
+    (said,) = {(int(seed), int(count)) for seed, count in re.findall(calls, README)}
+    concealed = draw_concealed(*said, INTECO.rig, live=True).effects
+    table = README.split("concealed              found")[1].split("\n...")[0]
+    assert re.findall(r"^  (\w+): named$", table, re.MULTILINE) == list(concealed)
+    sizes = {key: f"{size:.4g}" for sizes in concealed.values() for key, size in sizes.items()}
+    shown = dict(re.findall(r"^    (\w+) +(\S+)", table, re.MULTILINE))
+    assert shown and shown.items() <= sizes.items()
 
 
 @pytest.mark.parametrize(

@@ -47,21 +47,22 @@ def test_a_readers_own_sentence_reaches_the_user():
 
 
 @pytest.mark.parametrize(
-    ("error", "said"),
+    ("error", "status", "said"),
     [
-        (BadInputError("expected a twin"), "tool: expected a twin\n"),
-        (KeyboardInterrupt(), "tool: interrupted; nothing is lost\n"),
+        (BadInputError("expected a twin"), 1, "tool: expected a twin\n"),
+        (KeyboardInterrupt(), 130, "tool: interrupted; nothing is lost\n"),
         (
             PermissionError(13, "Permission denied", "a.yaml"),
+            1,
             "tool: [Errno 13] Permission denied: 'a.yaml'\n",
         ),
     ],
 )
-def test_what_cannot_be_done_ends_in_one_line(error, said, capsys):
+def test_what_cannot_be_done_ends_in_one_line(error, status, said, capsys):
     def work() -> None:
         raise error
 
-    assert run_command("tool", work, "nothing is lost") == 1
+    assert run_command("tool", work, "nothing is lost") == status
     assert capsys.readouterr() == ("", said)
 
 

@@ -155,3 +155,40 @@ def test_a_folder_that_others_may_write_is_not_trusted(tmp_path):
         start_process(XDG_CACHE_HOME="/proc/nowhere", HOME="/proc/nowhere", TMPDIR=tmp_path)
     )
     assert folder == "None"
+
+
+INTERRUPTED = """
+import numba.core.codegen
+from pendulum_twin.machine_code import compile_cached
+
+
+def interrupt(*_):
+    raise KeyboardInterrupt
+
+
+def double(x):
+    return 2.0 * x
+
+
+numba.core.codegen.CPUCodeLibrary._object_compiled_hook = interrupt
+try:
+    compile_cached(double)(1.0)
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+
+
+def test_ctrl_c_while_code_is_compiled_is_an_interrupt_and_no_error(tmp_path):
+    """Python runs its handler in LLVM's callback, which prints the exception and goes on."""
+    environment = os.environ | {"PYTHONPATH": str(SOURCE), "XDG_CACHE_HOME": str(tmp_path)}
+    program = tmp_path / "interrupted.py"  # numba keeps no code of a function without a file
+    program.write_text(INTERRUPTED)
+    done = subprocess.run(
+        [sys.executable, str(program)],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=600,
+        check=False,
+    )
+    assert (done.stdout, done.stderr, done.returncode) == ("interrupted\n", "", 0)

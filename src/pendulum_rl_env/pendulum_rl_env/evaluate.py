@@ -28,7 +28,8 @@ from pendulum_twin.errors import BadInputError
 def main(arguments: list[str] | None = None) -> int:
     """Run `evaluate`; return 0 when it is done, 1 when it could not be (the reason on stderr)."""
     options = parse_evaluate_options(arguments)
-    return run_command("evaluate", lambda: print(_evaluate(options)), "the drive is at PWM 0")
+    left = "nothing was evaluated" if options.rig is None else "the drive is at PWM 0"
+    return run_command("evaluate", lambda: print(_evaluate(options)), left)
 
 
 def _evaluate(options: argparse.Namespace) -> str:

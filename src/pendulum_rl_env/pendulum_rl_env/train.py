@@ -54,7 +54,7 @@ from pendulum_rl_env.learning.result import Result  # noqa: E402
 from pendulum_rl_env.learning.tensors import collect_tensors, put_tensors  # noqa: E402
 from pendulum_rl_env.options import parse_train_options  # noqa: E402
 from pendulum_rl_env.task import Task, choose_step_s  # noqa: E402
-from pendulum_twin.command_line import run_command  # noqa: E402
+from pendulum_twin.command_line import INTERRUPTED, run_command  # noqa: E402
 from pendulum_twin.errors import BadInputError  # noqa: E402
 
 RIG_EVALUATION_EPISODES = 3  # each takes 15 s and a reset
@@ -63,7 +63,7 @@ CHECKPOINT_NUMBER = re.compile(r"policy_(\d+)_steps")
 
 
 def main(arguments: list[str] | None = None, started_s: float = STARTED_S) -> int:
-    """Run `train`; return 0 when it is done, 1 when it could not be or was interrupted.
+    """Run `train`; return 0 when it is done, 1 when it could not be, 130 after Ctrl-C.
 
     The reason is on stderr.
 
@@ -71,7 +71,7 @@ def main(arguments: list[str] | None = None, started_s: float = STARTED_S) -> in
     """
     options = parse_train_options(arguments)
     options.started_s = started_s
-    saved = f"what was saved before is in {options.out}"
+    saved = f"{options.out} holds what was saved before, if anything was"
     return run_command("train", lambda: _train(options), saved)
 
 
@@ -155,7 +155,7 @@ def _report(options: argparse.Namespace, result: Result) -> int:
             "--resume goes on",
             file=sys.stderr,
         )
-        return 1
+        return INTERRUPTED
     best = "not evaluated" if result.best_mean_reward is None else f"{result.best_mean_reward:.1f}"
     print(
         f"{options.out / 'policy.zip'}: best mean reward {best}, {result.timesteps:,} steps in "

@@ -11,20 +11,18 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.version import __version__
 
 MOST_DIGITS = 18
+INTERRUPTED = 130  # exit status after Ctrl-C, as shells have it
 
 
-def run_command(
-    name: str, work: Callable[[], int | None], interrupted: str, interrupted_status: int = 1
-) -> int:
+def run_command(name: str, work: Callable[[], int | None], interrupted: str) -> int:
     """Do the work and return the exit status.
 
     name: of the program, before its messages.
     work: returns the exit status, None for 0.
     interrupted: what Ctrl-C has left behind, in words.
-    interrupted_status: exit status after Ctrl-C.
 
     Bad input, and a file that cannot be used, end in one line on stderr, with the error's own
-    exit status or 1.
+    exit status or 1; Ctrl-C ends with INTERRUPTED.
     """
     try:
         return work() or 0
@@ -33,7 +31,7 @@ def run_command(
     except OSError as error:
         reason, status = str(error), 1
     except KeyboardInterrupt:
-        reason, status = f"interrupted; {interrupted}", interrupted_status
+        reason, status = f"interrupted; {interrupted}", INTERRUPTED
     print(f"{name}: {reason}", file=sys.stderr)
     return status
 

@@ -156,7 +156,9 @@ def main() -> int:
             continue
         calls = units[what]()
         for k, call in enumerate(calls):
-            print(f"compiling for {what}: {k + 1} of {len(calls)}", flush=True)
+            # the end of the line in the same write, with PYTHONUNBUFFERED, too: `_follow` reads
+            # what has come
+            print(f"compiling for {what}: {k + 1} of {len(calls)}\n", end="", flush=True)
             call()
         mark.touch()
     return 0

@@ -11,6 +11,7 @@ import fcntl
 import functools
 import hashlib
 import os
+import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -48,6 +49,8 @@ SOURCES = (
     "laws/*.py",
 )
 
+LOST_CODE = "no compiled object yet"  # numba's complaint where its callback did not end
+
 
 def compile_cached(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a function when it is first called, or take its machine code from the cache."""
@@ -61,6 +64,7 @@ def make_cached_compiler(*more: Path) -> Callable[[Callable[..., Any]], Callable
 
 def _compile(function: Callable[..., Any], folder: Path | None) -> Callable[..., Any]:
     """Return a compiled function that keeps its machine code in a folder, or nowhere."""
+    _silence_lost_interrupts()
     result = numba.njit(error_model="numpy", nogil=True)(function)
     if folder is not None:
         before = numba.config.CACHE_DIR
@@ -70,6 +74,19 @@ def _compile(function: Callable[..., Any], folder: Path | None) -> Callable[...,
         finally:
             numba.config.CACHE_DIR = before
     return result
+
+
+@functools.cache
+def _silence_lost_interrupts() -> None:
+    """Print no traceback of Ctrl-C in a callback of LLVM: `save_overload` raises it once more."""
+    report = sys.unraisablehook
+
+    def report_others(lost: Any) -> None:
+        in_callback = "ctypes callback" in (lost.err_msg or "")
+        if not (in_callback and issubclass(lost.exc_type, KeyboardInterrupt)):
+            report(lost)
+
+    sys.unraisablehook = report_others
 
 
 @functools.cache
@@ -127,8 +144,14 @@ class _SharedCache(FunctionCache):
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        with contextlib.suppress(OSError), self._lock():  # no space left: compiled next time, too
-            super().save_overload(sig, data)
+        """Keep the code; raise the KeyboardInterrupt that a callback of LLVM had to swallow."""
+        try:
+            with contextlib.suppress(OSError), self._lock():  # no space left: compiled next time
+                super().save_overload(sig, data)
+        except RuntimeError as error:
+            if LOST_CODE not in str(error):
+                raise
+            raise KeyboardInterrupt from error
 
     @contextlib.contextmanager
     def _lock(self) -> Iterator[None]:

@@ -1,5 +1,6 @@
 """Where a mismatch lives, without the catalogue: place, variable and measured shape."""
 
+import re
 from dataclasses import replace
 from functools import cache
 
@@ -10,7 +11,11 @@ from support.hidden_physics import HIDDEN, INTECO, record_hidden
 from pendulum_sysid.finding.journal import Search
 from pendulum_sysid.finding.localisation.balance import make_balances
 from pendulum_sysid.finding.localisation.knots import make_hats, make_sided_knots, spread_knots
-from pendulum_sysid.finding.localisation.localise import find_worst_stretches, localise
+from pendulum_sysid.finding.localisation.localise import (
+    AXIS_UNITS,
+    find_worst_stretches,
+    localise,
+)
 from pendulum_sysid.finding.localisation.measured_curves import compute_typical_slope
 from pendulum_sysid.finding.localisation.thinning import thin_out
 from pendulum_sysid.finding.signs import fit_parameters_alone
@@ -20,6 +25,7 @@ from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Evidence, Localisation, Recording
+from pendulum_sysid.telling.wording import VARIABLES
 from pendulum_twin.arrays import Floats
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
@@ -79,6 +85,13 @@ def test_the_missing_force_depends_on_its_own_variable(name: str) -> None:
     assert location.evidence[0].variable in variables, location.evidence
     assert location.evidence[0].share > 0.5
     assert "% of what is missing goes with it, in the " in location.evidence[0].finding
+
+
+def test_a_curve_over_a_speed_says_its_units() -> None:
+    finding = localise_hidden("cart_coulomb_friction").evidence[0].finding
+    assert re.search(r" N at \S+ m/s to \S+ N at \S+ m/s$", finding), finding
+    for axis, unit in AXIS_UNITS.items():
+        assert VARIABLES[axis][1] == unit
 
 
 @pytest.mark.parametrize(

@@ -27,6 +27,13 @@ def client() -> Iterator[object]:
         yield opened
 
 
+def test_ctrl_c_is_for_the_program_and_not_for_its_workers(client) -> None:
+    """A terminal sends it to all of them: a worker that starts would print a traceback."""
+    blocked = client.run(signal.pthread_sigmask, signal.SIG_BLOCK, [])
+    assert len(blocked) == 2 and all(signal.SIGINT in signals for signals in blocked.values())
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+
+
 def test_every_ending_is_told_and_the_rest_goes_on(client) -> None:
     items = [1, "die", "complain", 2, "hang", 3]
     endings = {e.item: e for e in run_tasks(client, act_as_told, items, time_limit_s=1.0)}

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from support.made_recordings import INTECO
 
-from pendulum_sysid.errors import FileError
-from pendulum_sysid.reading.earlier_verdict import read_verdict
+from pendulum_sysid.errors import FileError, WrongUse
+from pendulum_sysid.reading.earlier_verdict import check_recordings, read_verdict
 from pendulum_twin.model import save_twin
 
 
@@ -23,6 +23,15 @@ def write(folder: Path, **changes: object) -> Path:
 def test_the_rivals_of_each_effect_are_read(tmp_path: Path) -> None:
     earlier = read_verdict(write(tmp_path))
     assert earlier.rivals == {"motor_lag": ("input_delay",)} and earlier.twin == INTECO
+
+
+def test_a_verdict_of_other_recordings_is_refused(tmp_path: Path) -> None:
+    path = write(tmp_path, recording={"digest": "sha256:a1 + sha256:b2"})
+    earlier = read_verdict(path)
+    with pytest.raises(WrongUse, match="found that of others: name the recordings"):
+        check_recordings(path, earlier, ["sha256:c3"])
+    check_recordings(path, earlier, ["sha256:b2", "sha256:c3"])  # of a part of these
+    check_recordings(path, read_verdict(write(tmp_path)), ["sha256:c3"])  # names none
 
 
 @pytest.mark.parametrize("outcome", ["perhaps", None, 3, ["named"]])

@@ -119,3 +119,22 @@ def test_what_is_printed_of_an_infinite_cell_is_json(tmp_path: Path, capsys) -> 
 
     said = json.loads(capsys.readouterr().out, parse_constant=refuse)
     assert said["recordings"][0]["ranges"]["cart"][1] < 1.0
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (("--rate", "-5"), "argument --rate: expected a number above 0, found '-5'"),
+        (("--rate", "fast"), "argument --rate: expected a number above 0, found 'fast'"),
+        (("--rate", "inf"), "argument --rate: expected a number above 0, found 'inf'"),
+        ((), "expected --time COLUMN, or --rate HZ for a file without times, found neither"),
+        (("--time", "t", "--rate", "100"), "expected --time COLUMN or --rate HZ, found both"),
+        (("--rate", "9", "--command-unit", "V"), "found 'V': leave the option out to keep volts"),
+    ],
+)
+def test_a_wrong_clock_or_unit_is_refused_with_what_to_do(
+    options: tuple[str, ...], sentence: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(["import", "run.csv", "--out", str(tmp_path / "bag"), "--pole", "theta", *options])
+    assert sentence in " ".join(capsys.readouterr().err.split())

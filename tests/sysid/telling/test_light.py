@@ -65,8 +65,8 @@ def test_a_good_twin_is_used_and_the_next_experiment_is_played() -> None:
         "twin_node --ros-args -p twin:=out/twin.yaml",
         "train --twin out/twin.yaml --verdict out/verdict.json --out policy",
         "recorder_node --ros-args -p out:=next_recording -p plan:=out/next.yaml",
-        "excitation_node --ros-args -p plan:=out/next.yaml -p twin_file:=config/inteco.yaml "
-        "-p listeners:=2",
+        "excitation_node --ros-args -r __ns:=/excitation -p plan:=out/next.yaml "
+        "-p twin_file:=config/inteco.yaml -p \"twin:=''\" -p listeners:=2",
         "sysid diagnose inteco_60s next_recording --twin config/inteco.yaml --out out_next",
         "sysid compare another_recording --twin config/inteco.yaml --twin out/twin.yaml",
     ]

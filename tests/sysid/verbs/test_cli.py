@@ -19,6 +19,7 @@ from pendulum_sysid.cli import main
 from pendulum_sysid.records import Outcome
 from pendulum_sysid.verbs import recordings
 from pendulum_sysid.verbs.diagnose import describe_origin, write_diagnosis
+from pendulum_sysid.verbs.fit import explain_worse_fit
 from pendulum_sysid.verbs.options import make_parser
 from pendulum_sysid.verdict.record import RecordingFacts, Verdict
 from pendulum_sysid.verdict.scores import BeforeAfter, FitScores
@@ -215,6 +216,9 @@ def test_a_picture_of_unknown_kind(
         "check BAG",
         "compare BAG --twin A",
         "compare BAG --twin A --twin B --twin C",
+        "replay BAG --twin A --twin B",
+        "diagnose BAG --twin A --twin A --out O",
+        "fit BAG --twin T --out O --method thesis --hold all",
     ],
 )
 def test_wrong_use_is_status_2(capsys: pytest.CaptureFixture[str], line: str) -> None:
@@ -607,6 +611,23 @@ def test_a_misspelt_constant_is_hinted_at(
     words = ["--twin", TWIN, "--out", tmp_path / "o.yaml", "--hold", "pole_inertia"]
     said = refused(capsys, "fit", bag, *words, status=2)
     assert "did you mean pole_inertia_kg_m2?" in said
+
+
+def test_a_worse_fit_at_the_noise_floor_blames_no_missing_physics() -> None:
+    assert "is at the noise" in explain_worse_fit(18.7, 18.8)
+    for floor in (2.0, None):
+        assert "no parameter repairs what is missing" in explain_worse_fit(18.7, floor)
+
+
+def test_a_fit_of_nothing_is_refused(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, bag: str
+) -> None:
+    out = tmp_path / "fitted.yaml"
+    said = refused(
+        capsys, "fit", bag, "--twin", TWIN, "--out", out, "--hold", "all", "--quiet", status=2
+    )
+    assert "expected a parameter to fit, found all of them held" in said
+    assert not out.exists()
 
 
 @pytest.mark.parametrize(

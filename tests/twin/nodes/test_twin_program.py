@@ -63,6 +63,7 @@ def test_wrong_parameters_are_refused_in_a_sentence(
         ),
         (["--ros-args", "-p", "twin:=broken.yaml"], 1, "expected schema: pendulum_twin/1"),
         (["--ros-args", "-p"], 2, "twin_node: wrong --ros-args"),
+        (["--ros-args", "-p", "twin:="], 2, "an empty text is written -p \"twin:=''\""),
         (["--speed"], 2, "unrecognized arguments: --speed"),
     ],
 )

@@ -56,7 +56,10 @@ class PendulumClient:
             return f"{others} other(s) command {self.name_topic(topics.PWM)}"
         states = self.name_topic(topics.JOINT_STATES)
         if not self._node.count_publishers(states):  # a recorder listens to commands, too
-            return f"nobody publishes {states}: does the pendulum's node run?"
+            return (
+                f"nobody publishes {states}: start the pendulum's node there, or play the plan "
+                "without a twin (-p \"twin:=''\")"
+            )
         if reset and not self._resets.service_is_ready():
             return f"nobody offers {self.name_topic(topics.RESET)}"
         return ""

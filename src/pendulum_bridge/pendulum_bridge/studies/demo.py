@@ -35,7 +35,6 @@ from pendulum_twin.model import Twin, load_twin, save_twin
 from pendulum_twin.parser import Parser, add_common_options, complete
 
 NOMINAL = Path("config/inteco.yaml")
-INTERRUPTED = 130  # exit status after Ctrl-C, as shells have it
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -45,7 +44,7 @@ def main(arguments: list[str] | None = None) -> int:
     """
     options = parse_options(arguments)
     ended = "all that it had started has ended"
-    return run_command("demo", lambda: _run_demo(options), ended, INTERRUPTED)
+    return run_command("demo", lambda: _run_demo(options), ended)
 
 
 def _run_demo(options: argparse.Namespace) -> None:

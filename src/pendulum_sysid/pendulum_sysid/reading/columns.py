@@ -72,8 +72,8 @@ def check_columns(columns: Columns) -> None:
         raise WrongUse(
             "expected --join FILE beside --join-time, found none: name the file with the commands"
         )
-    if (columns.time is None) == (columns.rate_hz is None):
-        raise WrongUse("expected --time COLUMN or --rate HZ, found both or neither: give one")
+    if refusal := find_clock_refusal(columns.time, columns.rate_hz):
+        raise WrongUse(refusal)
     if (columns.sin is None) != (columns.cos is None) or (columns.sin and columns.pole):
         raise WrongUse("expected --pole, or --sin and --cos together: give the angle one way")
     has_pole = columns.pole is not None or columns.sin is not None
@@ -90,3 +90,15 @@ def check_columns(columns: Columns) -> None:
         columns.pole_velocity and not has_pole
     ):
         raise WrongUse("expected a position beside every velocity: name it with --cart or --pole")
+
+
+def find_clock_refusal(time: str | None, rate_hz: float | None) -> str | None:
+    """Return why a file's clock is not given in exactly one way; None where it is."""
+    if (time is None) != (rate_hz is None):
+        return None
+    if time is None:
+        return (
+            "expected --time COLUMN, or --rate HZ for a file without times, found neither: "
+            "say when the rows were taken"
+        )
+    return "expected --time COLUMN or --rate HZ, found both: leave out the wrong one"

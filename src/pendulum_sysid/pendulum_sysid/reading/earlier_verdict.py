@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from reprlib import repr as shown
 
-from pendulum_sysid.errors import FileError, UnusableRecording
+from pendulum_sysid.errors import FileError, UnusableRecording, WrongUse
 from pendulum_sysid.records import Outcome
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Form
@@ -23,10 +24,12 @@ class EarlierVerdict:
 
     twin: the improved twin.
     rivals: effect -> the effects that it could not be told from.
+    digests: of its recordings; empty where the file names none.
     """
 
     twin: Twin
     rivals: dict[str, tuple[str, ...]]
+    digests: frozenset[str] = frozenset()
 
     @property
     def effects(self) -> tuple[str, ...]:
@@ -51,7 +54,27 @@ def read_verdict(path: Path) -> EarlierVerdict:
         raise UnusableRecording(
             f"{path}: expected a verdict on a usable recording, found 'unusable': record again"
         )
-    return EarlierVerdict(load_twin(path.parent / "twin.yaml"), rivals)
+    digests = _read_digests(mapping.get("recording"))
+    return EarlierVerdict(load_twin(path.parent / "twin.yaml"), rivals, digests)
+
+
+def check_recordings(path: Path, earlier: EarlierVerdict, digests: Iterable[str]) -> None:
+    """Raise WrongUse where a verdict is of none of the recordings at hand.
+
+    path: of the verdict.
+    digests: of the recordings.
+    """
+    if earlier.digests and earlier.digests.isdisjoint(digests):
+        raise WrongUse(
+            f"{path}: expected the verdict of these recordings, found that of others: name the "
+            "recordings that it was made from, or leave out --verdict to diagnose these"
+        )
+
+
+def _read_digests(facts: object) -> frozenset[str]:
+    """Return the digests of a verdict's recordings, which stand joined by a plus sign."""
+    digest = facts.get("digest") if isinstance(facts, dict) else None
+    return frozenset(digest.split(" + ")) if isinstance(digest, str) else frozenset()
 
 
 def _read_rivals(path: Path, entries: object) -> dict[str, tuple[str, ...]]:

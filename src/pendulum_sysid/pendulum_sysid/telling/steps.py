@@ -15,6 +15,10 @@ from pendulum_sysid.verdict.record import Verdict
 from pendulum_twin.user_effects import OPTION, VARIABLE
 
 NEXT_RECORDING = "next_recording"
+PLAYING = (
+    "Beside the driver (namespace /rig), start the recorder in a terminal of its own, play "
+    "the plan, and end the recorder with Ctrl-C."
+)
 
 
 @dataclass(frozen=True)
@@ -85,13 +89,13 @@ def _play(verdict: Verdict) -> tuple[Step, ...]:
     record = f"recorder_node --ros-args -p out:={NEXT_RECORDING} -p {shlex.quote(f'plan:={plan}')}"
     twin_file = shlex.quote(f"twin_file:={origin.twin}")
     play = (
-        f"{_set_variable(origin)}excitation_node --ros-args "
-        f"-p {shlex.quote(f'plan:={plan}')} -p {twin_file} -p listeners:=2"
+        f"{_set_variable(origin)}excitation_node --ros-args -r __ns:=/excitation "
+        f"-p {shlex.quote(f'plan:={plan}')} -p {twin_file} -p \"twin:=''\" -p listeners:=2"
     )
     words = ["sysid", "diagnose", *origin.recordings, NEXT_RECORDING, *_list_options(origin)]
     words += ["--hold", ",".join(origin.constants)] if origin.constants else []
     both = shlex.join([*words, "--twin", origin.twin, "--out", f"{origin.folder}_next"])
-    return (Step(sentence, (record, play, both)),)
+    return (Step(f"{sentence} {PLAYING}", (record, play, both)),)
 
 
 def _look(worst: WindowRow | None) -> tuple[Step, ...]:

@@ -120,7 +120,7 @@ VARIABLES: dict[str, tuple[str, str]] = {  # variable or axis of an evidence -> 
 RIG_PARAMETERS: dict[str, str] = {
     "com_distance_m": "distance of the centre of mass from the axis",
     "pole_inertia_kg_m2": "inertia of the pole about its axis",
-    "force_per_pwm_n": "force of the drive for full PWM",
+    "force_per_pwm_n": "force of the drive a unit of command",
     "cart_viscous_n_s_m": "viscous friction of the cart",
     "pole_viscous_n_m_s": "viscous friction of the pole",
 }
@@ -166,12 +166,12 @@ DEFINITIONS: tuple[tuple[str, str], ...] = (
     (
         "Error in noise floors",
         "Root mean square error of the free runs, cart and pole together in units of their "
-        "sensors' noise, over the error that a perfect model reaches. 1 is perfect. The median "
-        "held-out window is told; over all windows together one window near upright, where errors "
-        "grow, may weigh more than all others. Where it is at the noise although something "
-        "remains, whole windows with fitted start states are told; and where nothing explains the "
-        "error, all held-out windows together, if that is more. Before and after have the same "
-        "measure, 1 at least.",
+        "sensors' noise, over the error that a perfect model reaches. 1 is perfect. The number "
+        "is that of the median held-out window, for over all windows together a single window "
+        "near upright, where errors grow, may weigh more than all others. Where the median is at "
+        "the noise although something remains, the number is that of whole windows with fitted "
+        "start states; where nothing explains the error, that of all held-out windows together, "
+        "if it is larger. Before and after have the same measure, 1 at least.",
     ),
     (
         "Noise floor",

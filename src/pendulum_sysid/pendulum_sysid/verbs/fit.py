@@ -7,6 +7,8 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
+from pendulum_sysid import decisions
+from pendulum_sysid.errors import WrongUse
 from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import fit_own_parameters
@@ -52,6 +54,10 @@ def run(arguments: argparse.Namespace) -> int:
     """Fit, print what moved and how well the twin runs now, and write it."""
     if arguments.method == "windows" and arguments.max_evaluations is not None:
         arguments.parser.error("--max-evaluations goes with --method thesis")
+    if arguments.method == "thesis" and arguments.hold:
+        arguments.parser.error(
+            "--hold goes with --method windows: the thesis's procedure fits all its parameters"
+        )
     check_file(arguments.out)
     twin = hold_constants(load_twin(arguments.twin), arguments.hold)
     report = arguments.progress.report
@@ -80,6 +86,11 @@ def fit_by_windows(case: Case, report: Progress) -> Fitted:
     case, windows = prepared.case, prepared.split
     report(f"fitting {len(windows.learn)} windows")
     result = fit_own_parameters(case, windows)
+    if not result.estimates:
+        raise WrongUse(
+            "expected a parameter to fit, found all of them held: hold fewer (--hold, or sd: 0 in "
+            "the twin file)"
+        )
     values = convert_distance(result.estimates, case.twin, result.twin)
     result = replace(result, estimates=values)
     cases = case, replace(case, twin=result.twin)
@@ -92,11 +103,7 @@ def fit_by_windows(case: Case, report: Progress) -> Fitted:
             ANSWERED,
         )
     if after.score > before.score:
-        say(
-            "the fit is worse on windows it has not seen: no parameter repairs what is missing; "
-            "ask sysid diagnose",
-            ANSWERED,
-        )
+        say(explain_worse_fit(after.score, floors[1]), ANSWERED)
     rows = make_held_out_rows(before, after, floors)
     text = "\n".join(
         (
@@ -116,6 +123,23 @@ def fit_by_windows(case: Case, report: Progress) -> Fitted:
     }
     mapping = {"converged": result.converged, "parameters": estimates, "held_out": held_out}
     return Fitted(result.twin, text, mapping)
+
+
+def explain_worse_fit(score: float, floor: float | None) -> str:
+    """Return why a fit is worse on held-out windows than the twin that it started from.
+
+    score: of the fitted twin there.
+    floor: the score of a perfect model; None where it cannot be measured.
+    """
+    if floor is not None and score <= decisions.MISFIT_AT_NOISE * floor:
+        return (
+            "the fit is no better on windows it has not seen: the given twin is at the noise "
+            "there, so keep it"
+        )
+    return (
+        "the fit is worse on windows it has not seen: no parameter repairs what is missing; ask "
+        "sysid diagnose"
+    )
 
 
 def _measure_floor(case: Case, windows: Windows) -> float | None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pendulum_sysid.errors import WrongUse
 from pendulum_sysid.finding.stages import Stage
-from pendulum_sysid.reading.columns import Columns
+from pendulum_sysid.reading.columns import Columns, find_clock_refusal
 from pendulum_sysid.reading.csv_import import Imported, import_csv, import_segments
 from pendulum_sysid.reading.ros1 import import_ros1_bag, is_ros1_bag
 from pendulum_sysid.verbs.said import ANSWERED, print_answer, say
@@ -22,8 +22,8 @@ def run(arguments: argparse.Namespace) -> int:
         return import_bags(arguments)
     if arguments.cart is None and arguments.pole is None and arguments.sin is None:
         arguments.parser.error("expected --cart, --pole or both, found neither")
-    if (arguments.time is None) == (arguments.rate_hz is None):
-        arguments.parser.error("expected --time COLUMN or --rate HZ, found both or neither")
+    if refusal := find_clock_refusal(arguments.time, arguments.rate_hz):
+        arguments.parser.error(refusal)
     columns = Columns(**{f.name: getattr(arguments, f.name) for f in fields(Columns)})
     lines: list[object] = []
     mappings = []

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pendulum_sysid.reading.columns import COMMAND_UNITS
 from pendulum_sysid.verbs.shared_options import add_json, add_verb, read_above_zero, read_seconds
 
 if TYPE_CHECKING:
@@ -84,18 +85,30 @@ def _add_units(verb: argparse.ArgumentParser) -> None:
         ("length-unit", ("m", "cm", "mm"), "m"),
         ("angle-unit", ("rad", "deg", "turn"), "rad"),
         ("time-unit", ("s", "ms", "us", "ns"), None),
-        ("command-unit", ("one", "percent", "per_mille"), "one"),
+        ("command-unit", tuple(COMMAND_UNITS), "one"),
     ):
         said = f"default: {default}" if default else since
         if option == "command-unit":
             said += ", which keeps volts and any other unit"
-        verb.add_argument(f"--{option}", choices=units, default=default, help=said)
+        action = verb.add_argument(f"--{option}", choices=units, default=default, help=said)
+        if option == "command-unit":
+            action.type = _read_command_unit
     verb.add_argument(
         "--pole-zero",
         choices=("up", "down"),
         default="up",
         help="where the angle is 0",
     )
+
+
+def _read_command_unit(text: str) -> str:
+    """Return the unit; any other name is refused with what to do, for commands have many units."""
+    if text not in COMMAND_UNITS:
+        raise argparse.ArgumentTypeError(
+            f"expected {', '.join(COMMAND_UNITS)}, found {text!r}: leave the option out to keep "
+            "volts or any other unit as it is"
+        )
+    return text
 
 
 def _add_changes(verb: argparse.ArgumentParser) -> None:

@@ -15,7 +15,7 @@ from pendulum_sysid.fitting.fit import HORIZONS, fit, fit_over_horizon
 from pendulum_sysid.planning.next_experiment import check_seconds, plan_next_experiment
 from pendulum_sysid.planning.repeating import repeat_plan
 from pendulum_sysid.prepare import prepare
-from pendulum_sysid.reading.earlier_verdict import read_verdict
+from pendulum_sysid.reading.earlier_verdict import check_recordings, read_verdict
 from pendulum_sysid.records import Fit, Split
 from pendulum_sysid.telling.output_files import check_file, name_write_errors
 from pendulum_sysid.verbs.recordings import read_recordings
@@ -64,7 +64,10 @@ def _finish(arguments: argparse.Namespace) -> Finished:
     """Return what is named as an earlier diagnosis has it, or found now."""
     earlier = None if arguments.verdict is None else read_verdict(arguments.verdict)
     arguments.progress.report(Stage.READING)
-    prepared = prepare(read_recordings(arguments.bag, arguments), load_twin(arguments.twin))
+    recordings = read_recordings(arguments.bag, arguments)
+    if earlier is not None:
+        check_recordings(arguments.verdict, earlier, [each.digest for each in recordings])
+    prepared = prepare(recordings, load_twin(arguments.twin))
     for doubt in prepared.doubts:
         say(f"before you play the plan: {doubt}", ANSWERED)
     case, windows = prepared.case, prepared.split

@@ -14,6 +14,7 @@ from pendulum_sysid.verbs.shared_options import (
     add_bags,
     add_hold,
     add_json,
+    add_twin,
     add_verb,
     read_above_zero,
     read_seconds,
@@ -65,7 +66,7 @@ def _add_diagnose(verbs: Verbs) -> None:
         verbs, "diagnose", "say which physics the twin is missing, where, and how much"
     )
     add_bags(verb)
-    verb.add_argument("--twin", required=True, type=Path, help="the twin file to start from")
+    add_twin(verb, "the twin file to start from")
     verb.add_argument(
         "--out",
         required=True,
@@ -80,7 +81,7 @@ def _add_diagnose(verbs: Verbs) -> None:
 def _add_fit(verbs: Verbs) -> None:
     verb = add_verb(verbs, "fit", "fit the twin's own parameters, adding no physics")
     add_bags(verb)
-    verb.add_argument("--twin", required=True, type=Path, help="the twin file to start from")
+    add_twin(verb, "the twin file to start from")
     verb.add_argument(
         "--out", required=True, type=Path, metavar="TWIN.yaml", help="the fitted twin file"
     )
@@ -95,7 +96,7 @@ def _add_fit(verbs: Verbs) -> None:
 def _add_replay(verbs: Verbs) -> None:
     verb = add_verb(verbs, "replay", "say how well a twin runs on recordings")
     add_bags(verb)
-    verb.add_argument("--twin", required=True, type=Path, help="the twin file")
+    add_twin(verb, "the twin file")
     add_json(verb)
 
 
@@ -155,7 +156,7 @@ def _add_check(verbs: Verbs) -> None:
         "ask whether recordings can be of a twin's rig: units, columns, zeros, times",
     )
     add_bags(verb)
-    verb.add_argument("--twin", required=True, type=Path, help="the twin file")
+    add_twin(verb, "the twin file")
     add_json(verb)
 
 
@@ -166,9 +167,7 @@ def _add_next(verbs: Verbs) -> None:
         "plan the experiment that best parts what a recording leaves tied, or narrows an interval",
     )
     add_bags(verb)
-    verb.add_argument(
-        "--twin", required=True, type=Path, help="the twin file that the diagnosis started from"
-    )
+    add_twin(verb, "the twin file that the diagnosis started from")
     verb.add_argument(
         "--out", required=True, type=Path, metavar="PLAN.yaml", help="the plan file to write"
     )

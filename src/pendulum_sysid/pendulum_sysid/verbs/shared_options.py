@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pendulum_sysid.verbs.examples import EXAMPLES
 from pendulum_twin.parser import Parser, add_common_options, offer
@@ -68,6 +68,30 @@ def add_topics(verb: argparse.ArgumentParser) -> None:
     )
 
 
+def add_twin(verb: argparse.ArgumentParser, what: str) -> None:
+    """Add --twin, the twin file of a verb that takes a single one."""
+    verb.add_argument("--twin", required=True, type=Path, action=_KeepOnly, help=what)
+
+
+class _KeepOnly(argparse.Action):
+    """Keep the value of an option that is given once, and refuse a second one."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: Any,
+        option_string: str | None = None,
+    ) -> None:
+        """Keep the value; end with status 2 where there is one already."""
+        if getattr(namespace, self.dest) is not None:
+            parser.error(
+                f"expected {option_string} once, found it again with {values}: give a single twin "
+                "file (sysid compare takes two)"
+            )
+        setattr(namespace, self.dest, values)
+
+
 def add_hold(verb: argparse.ArgumentParser) -> None:
     """Add constants that no fit changes."""
     hold = verb.add_argument(
@@ -86,18 +110,23 @@ def _split_names(text: str) -> tuple[str, ...]:
 
 def read_above_zero(text: str) -> float:
     """Return a number above 0."""
-    number = read_seconds(text)
-    if number == 0.0:
+    number = _read_number(text)
+    if not 0.0 < number < math.inf:
         raise argparse.ArgumentTypeError(f"expected a number above 0, found {text!r}")
     return number
 
 
 def read_seconds(text: str) -> float:
     """Return a number of seconds from 0 on."""
-    try:
-        seconds = float(text)
-    except ValueError:
-        seconds = math.nan
+    seconds = _read_number(text)
     if not 0.0 <= seconds < math.inf:
         raise argparse.ArgumentTypeError(f"expected a number of seconds from 0 on, found {text!r}")
     return seconds
+
+
+def _read_number(text: str) -> float:
+    """Return the number, or NaN where the text is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan

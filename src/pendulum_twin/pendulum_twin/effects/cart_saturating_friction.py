@@ -21,7 +21,7 @@ EFFECT = Effect(
         Parameter("limit_n", "N", 0.0, 0.0, 1e6, (0.1, 0.25), Scale.FORCE, shape=True),
     ),
     sentence="Friction of {level_n} holds the cart back, grows with speed by {viscous_n_s_m} and "
-    "stops at {limit_n}.",
+    "levels off at {limit_n}.",
     source="the thesis's simulation: saturate(FS v + FC sign v, +-1 N)",
     simpler=("cart_coulomb_friction",),
     law_kind="cart_dry_friction_by_velocity",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import rclpy
@@ -84,7 +84,8 @@ def run[N: Node](
         print(f"{name}: {error}", file=sys.stderr)
         return 1
     except (RCLInvalidROSArgsError, UnknownROSArgsError) as error:
-        print(f"{name}: wrong --ros-args: {str(error).splitlines()[0]}", file=sys.stderr)
+        hint = _hint_at_empty_value(arguments)
+        print(f"{name}: wrong --ros-args: {str(error).splitlines()[0]}{hint}", file=sys.stderr)
         return 2
     except RuntimeError as error:  # rclpy raises it for a bad name, or no middleware
         print(f"{name}: ROS cannot run it: {str(error).splitlines()[0]}", file=sys.stderr)
@@ -98,9 +99,19 @@ def run[N: Node](
     return 0 if failure is None else 1
 
 
+def _hint_at_empty_value(arguments: Sequence[str]) -> str:
+    """Return how an empty value is written, where an argument has nothing after its := sign.
+
+    A shell takes the quotes of -p NAME:='' away, and ROS refuses what is left.
+    """
+    empty = next((word for word in arguments if word.endswith(":=")), "")
+    return f"; an empty text is written -p \"{empty}''\"" if empty else ""
+
+
 def make_node_parser(name: str, description: str, settings: type[Any]) -> Parser:
     """Return the parser of a node's program: its parameters, examples and common options."""
-    parameters = f"Parameters (--ros-args -p NAME:=VALUE):\n{describe_settings(settings)}"
+    how = "--ros-args -p NAME:=VALUE; an empty text: -p \"NAME:=''\""
+    parameters = f"Parameters ({how}):\n{describe_settings(settings)}"
     parser = Parser(
         prog=name, description=f"{description}\n\n{parameters}", examples=settings.EXAMPLES
     )

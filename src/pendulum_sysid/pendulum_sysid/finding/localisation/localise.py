@@ -25,6 +25,17 @@ from pendulum_sysid.records import Evidence, Localisation
 from pendulum_twin.arrays import Floats
 
 EQUATIONS = ("force", "torque")
+AXIS_UNITS = {  # axis of a curve -> its unit; a command has that of its twin file
+    "cart_position": "m",
+    "cart_velocity": "m/s",
+    "cart_acceleration": "m/s^2",
+    "pole_angle": "rad",
+    "pole_turns": "rad",
+    "pole_rate": "rad/s",
+    "time": "s",
+    "way": "m",
+    "turn": "rad",
+}
 
 
 def localise(case: Case, theta: Floats, runs: WindowRuns) -> Localisation:
@@ -96,8 +107,9 @@ def describe_curve(curve: Curve) -> str:
         )
     low, high = int(np.argmin(curve.y)), int(np.argmax(curve.y))
     first, last = (low, high) if curve.x[low] <= curve.x[high] else (high, low)
+    at = f" {AXIS_UNITS.get(what.axis, '')}".rstrip()
     points = [
-        f"{curve.y[k]:.3g}{unit} at {curve.x[k] + 0.0:.3g}" for k in (first, last)
+        f"{curve.y[k]:.3g}{unit} at {curve.x[k] + 0.0:.3g}{at}" for k in (first, last)
     ]  # + 0.0: no "-0"
     return f"{what.quantity} from {points[0]} to {points[1]}"
 
