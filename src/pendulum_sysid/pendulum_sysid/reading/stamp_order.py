@@ -1,8 +1,8 @@
 """Samples that came out of the order of their stamps: left out, unless the clock was set back.
 
-Messages overtake each other on their way, and a stamp may be wrong: such a sample lacks among the
-others, by its stamp or where it stands. Where a clock was set back no sample lacks. Nothing tells
-how much time is lost there: such a recording is left as it is, and refused.
+Messages overtake each other on their way, and a stamp may be wrong. The place of such a sample is
+empty among the others, by its stamp or where it stands. Where a clock was set back no place is
+empty, and nothing tells how much time is lost: such a recording is left as it is, and refused.
 """
 
 from __future__ import annotations
@@ -16,9 +16,7 @@ from pendulum_twin.arrays import Ints, Mask
 
 NEIGHBOURS = 20  # samples on either side, over which the time is compared with their number
 LEAST_LOST_PERIODS = 0.5  # of time; a clock that runs backwards was set back by a period at least
-LEAST_APART_PERIODS = (
-    0.75  # of stamps with a sample each; none is farther from a full row than 0.5
-)
+LEAST_APART_PERIODS = 0.75  # a stamp in a full row is within 0.5 of a neighbour
 
 
 def find_ordered(stamps_ns: Ints) -> Mask:
