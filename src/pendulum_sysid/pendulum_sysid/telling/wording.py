@@ -215,7 +215,8 @@ DEFINITIONS: tuple[tuple[str, str], ...] = (
     (
         "Identifiable",
         "Whether this recording fixes the value. Motion fixes ratios only, such as force to mass: "
-        "the cart's mass stays as measured, and sets the scale for the other values.",
+        "the cart's mass stays as given, of a pole alone its inertia does, and sets the scale for "
+        "the other values: they are off by as many percent.",
     ),
     (
         "Masking",
