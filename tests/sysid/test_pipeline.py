@@ -271,3 +271,40 @@ def test_an_effect_whose_shape_a_law_bends_is_no_name(
     fit = SimpleNamespace(effects=(zone.effect,), choose=2.0)
     names, perhaps, _ = ask_names_again(findings, None, SimpleNamespace(), fit)
     assert names == (zone,) * (not bent) and perhaps == (zone,) * bent
+
+
+@dataclass(frozen=True)
+class Planned:
+    with_laws: str | None
+    named: tuple[SimpleNamespace, ...] = (SimpleNamespace(effect="input_delay"),)
+    case: None = None
+    coming: object = "before"
+
+
+@pytest.mark.parametrize(
+    ("fit", "outcome", "coming"),
+    [
+        (None, Outcome.NAMED, "before"),
+        ("laws", Outcome.AMBIGUOUS, "before"),
+        ("laws", Outcome.NOT_IN_CATALOGUE, ("laws", ["sensor_delay"])),
+    ],
+)
+def test_the_next_experiment_is_for_the_fit_that_the_verdict_tells(
+    monkeypatch: pytest.MonkeyPatch, fit: str | None, outcome: Outcome, coming: object
+) -> None:
+    """A viscosity known to 4 % was said to be known to +-0.0021, of a value of 0.0001."""
+    ties = [
+        SimpleNamespace(effect=effect, rival=rival, by_no_motion=never)
+        for effect, rival, never in (
+            ("input_delay", "sensor_delay", True),
+            ("input_delay", "motor_lag", False),
+            ("rail_tilt", "load_put_on", True),
+        )
+    ]
+    monkeypatch.setattr(pipeline, "decide_outcome", lambda findings: outcome)
+    monkeypatch.setattr(
+        pipeline,
+        "plan_next_experiment",
+        lambda case, split, best, kept: (best, [tie.rival for tie in kept]),
+    )
+    assert pipeline._plan_beside_laws(Planned(fit), None, ties).coming == coming

@@ -28,6 +28,7 @@ from pendulum_sysid.finding.naming import (
 )
 from pendulum_sysid.finding.replication import join_intervals, widen_intervals
 from pendulum_sysid.finding.search import Answer
+from pendulum_sysid.finding.separation import Tie
 from pendulum_sysid.finding.settled_search import search_settled
 from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.finding.whole_windows import measure_whole_windows
@@ -114,6 +115,7 @@ def explain_answer(prepared: Prepared, answer: Answer, progress: Progress) -> Fi
     """Return all that a verdict is written from: the search's answer, judged, and laws."""
     case, split = prepared.case, prepared.split
     findings = measure_rest(judge_answer(case, split, answer, progress), split, progress)
+    findings = _plan_beside_laws(findings, split, answer.ties)
     if runs_at_noise(findings):
         return findings
     improved = replace(case, twin=findings.final.twin)
@@ -122,6 +124,20 @@ def explain_answer(prepared: Prepared, answer: Answer, progress: Progress) -> Fi
         return findings
     wandering = measure_latent_force(improved, split, findings.final.theta)
     return replace(findings, wandering=wandering)
+
+
+def _plan_beside_laws(findings: Findings, split: Split, ties: Sequence[Tie]) -> Findings:
+    """Return the findings with a next experiment for the fit with laws, where laws were measured.
+
+    The plan of the search's answer asks for intervals that the laws have made narrow. Its ties are
+    those of twins without laws, so a plan for what is ambiguous stays.
+    """
+    fit = findings.with_laws
+    if fit is None or decide_outcome(findings) is Outcome.AMBIGUOUS:
+        return findings
+    named = {effect.effect for effect in findings.named}
+    never = [tie for tie in ties if tie.by_no_motion and tie.effect in named]
+    return replace(findings, coming=plan_next_experiment(findings.case, split, fit, never))
 
 
 def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -> Findings:

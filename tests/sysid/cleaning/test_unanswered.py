@@ -121,6 +121,22 @@ def test_a_slow_sweep_from_rest_is_answered(name: str) -> None:
     ] * 10
 
 
+def test_a_cart_that_has_answered_is_not_silent_later() -> None:
+    """A pole that pushes a light cart against its command for a while leaves no start stale."""
+    n, random = round(20.0 / PERIOD_S), np.random.default_rng(0)
+    times = np.arange(n) * PERIOD_S
+    command = 0.3 * np.sin(2 * np.pi * 1.1 * times) + 0.1 * np.sin(2 * np.pi * 2.3 * times)
+    pushed = (times >= 1.0) & (times < 4.5)
+    force = 10.0 * np.where(pushed, -0.5 * command, command) + random.normal(0, 0.2, n)
+    speed = np.zeros(n)
+    for k in range(1, n):
+        speed[k] = speed[k - 1] + (force[k - 1] - 2.0 * speed[k - 1]) * PERIOD_S
+    every = np.ones(n, dtype=bool)
+    cart = np.cumsum(speed) * PERIOD_S
+    signals = Signals(PERIOD_S, command, cart, np.full(n, np.pi), every, every)
+    assert stale_s(Recording("pushed", "sha256:0", signals)) == []
+
+
 def test_a_pole_alone_and_a_run_without_command_are_left_as_they_are() -> None:
     recording = dead_at_first({}, 0.5, 0.0, 1)
     silent = replace(

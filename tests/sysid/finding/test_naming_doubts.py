@@ -3,14 +3,19 @@
 from types import SimpleNamespace
 
 import pytest
+from support.made_recordings import INTECO
 
+from pendulum_sysid.finding import naming
 from pendulum_sysid.finding.judge import Lead, compute_distance, is_surely_there
 from pendulum_sysid.finding.localisation import shape_check
 from pendulum_sysid.finding.naming import Named, doubt_intervals, part_sure_names
+from pendulum_sysid.finding.propose import Proposal
 from pendulum_sysid.fitting.parameters import list_effect_parameters
 from pendulum_sysid.records import Estimate
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Scale
+from pendulum_twin.parameter_vector import SLOTS, make_theta
 
 ABOVE, AT_NOISE = 20.0, 1.0  # misfits, in units of noise
 TIED = {"rail_tilt.angle_rad": Estimate(0.0036, -1e-5, 0.0072)}
@@ -37,6 +42,38 @@ def test_above_the_noise_a_size_that_may_be_nothing_is_no_name(
         make_fit(misfit, estimates), [Named("rail_tilt", Lead(1.1, 9.0))], SCALES
     )
     assert named.is_lasting is lasting
+
+
+def test_a_rival_whose_fit_ends_on_its_way_begins_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Near upright a fit of dry friction, begun without any, ended at 2.7 times the noise."""
+    load, dry = SLOTS["cart_load_friction"], SLOTS["cart_coulomb_friction"]
+    theta = make_theta(INTECO)
+    best_theta, less_theta, far_theta = theta.copy(), theta.copy(), theta.copy()
+    best_theta[load], far_theta[dry] = 0.08, 0.5
+    best_theta[0] *= 2.0
+    fits = {
+        name: SimpleNamespace(theta=vector, train=train, effects=effects)
+        for name, vector, train, effects in (
+            ("best", best_theta, 0.9, ("cart_load_friction",)),
+            ("less", less_theta, 25.0, ()),
+            ("far", far_theta, 2.7, ("cart_coulomb_friction",)),
+        )
+    }
+
+    def fit_effects(effects: tuple[str, ...], start: object, vector: Floats) -> SimpleNamespace:
+        if start is fits["less"]:
+            return fits["far"]
+        assert vector[0] == best_theta[0] and vector[dry] == 0.5 and vector[load] == 0.0
+        return SimpleNamespace(theta=vector, train=0.9, effects=effects)
+
+    monkeypatch.setattr(
+        naming, "compute_lead", lambda rich, simple: Lead(simple.train / rich.train, 9.0)
+    )
+    monkeypatch.setattr(naming, "is_needed", lambda rich, simple, effect: True)
+    proposal = Proposal("cart_coulomb_friction", ("cart_coulomb_friction",), far_theta[None], 9.0)
+    search = SimpleNamespace(fit_effects=fit_effects)
+    fit = naming._fit_rival(search, fits["best"], fits["less"], "cart_load_friction", proposal)
+    assert fit.train == 0.9
 
 
 def test_of_several_sizes_one_that_is_surely_there_suffices() -> None:

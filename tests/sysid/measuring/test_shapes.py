@@ -63,6 +63,15 @@ def test_a_sharp_edge_is_fitted_by_finite_numbers():
         assert np.isfinite([*fitted.values, *fitted.curve, fitted.misfit]).all(), fitted.shape.name
 
 
+def test_a_bump_whose_top_was_not_seen_is_no_bump():
+    """Friction that rises along the rail was told as a bump 4.1 m away, on a rail of 1.6 m."""
+    x = np.linspace(-0.92, 0.71, 20)
+    rising = np.maximum(2.0 + 4.0 * x, 0.0)
+    for fitted in rank_shapes(SHAPES, x, rising, 1e-3 * np.eye(20)):
+        sizes = dict(zip(fitted.names, fitted.values, strict=True))
+        assert -0.92 <= sizes.get("centre", 0.0) <= 0.71, fitted.shape.name
+
+
 def test_half_a_wave_is_no_wave():
     """A hump that was seen in part may be anything, and says nothing of the next recording."""
     hump = np.sin(np.pi * CLOCK / 75.0)

@@ -26,7 +26,7 @@ from pendulum_sysid.finding.identifiability import find_ties
 from pendulum_sysid.finding.separation import Tie
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.parameters import Free
-from pendulum_sysid.planning.aims import forget_beliefs
+from pendulum_sysid.planning.aims import Narrowing, forget_beliefs
 from pendulum_sysid.planning.next_experiment import plan_next_experiment
 from pendulum_sysid.records import Fit, Next, Split
 from pendulum_twin.effects import CATALOGUE
@@ -121,6 +121,17 @@ def test_a_tie_that_no_plan_parts_is_said_and_does_not_hold_up_the_others() -> N
         *before, [tie for tie in tied if {tie.effect, tie.rival} == hopeless], "tie"
     )
     assert alone.plan is None and "is expected to part" in alone.why
+
+
+def test_what_no_plan_fixes_is_said_without_a_plan(
+    delayed: Fitted, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a cart that follows its command as a speed, force and friction have only a ratio."""
+    monkeypatch.setattr(Narrowing, "predict_half_width", lambda aim, normal: float("inf"))
+    planned = plan_next_experiment(*delayed, (), "interval")
+    assert planned.plan is None
+    assert "no plan of 20 s that the rig allows fixes it" in planned.why
+    assert "+-inf" not in planned.why
 
 
 def test_what_no_motion_parts_is_said_with_what_would(

@@ -20,7 +20,14 @@ from support.drawn_verdicts import (
     make_unusable,
 )
 
-from pendulum_sysid.records import Evidence, Localisation, Outcome, Overlay, Trial
+from pendulum_sysid.records import (
+    Evidence,
+    Localisation,
+    Outcome,
+    Overlay,
+    QualityFinding,
+    Trial,
+)
 from pendulum_sysid.telling import display
 from pendulum_sysid.telling.report import list_trial_rows, render_page, write_report
 from pendulum_sysid.telling.window_figures import compute_frame, spread_windows
@@ -143,6 +150,12 @@ def test_a_verdict_with_nothing_in_it_still_makes_a_page() -> None:
     assert "Nothing to draw" in text and "No faults found in the data" in text
     assert "None" not in re.sub(r"None[.\s]|None[ a-z]", "", text)
     assert "nan" not in text.lower().split()
+
+
+def test_the_data_quality_says_what_a_kind_alone_does_not() -> None:
+    note = "the cart does not answer its command yet"
+    fault = QualityFinding("stale", 1, ((0.0, 0.5),), note)
+    assert note in Reader(render_page(replace(make_named(), data_quality=(fault,)))).text
 
 
 def test_only_a_command_that_was_run_is_shown() -> None:

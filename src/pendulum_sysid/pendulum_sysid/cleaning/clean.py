@@ -265,7 +265,9 @@ def _list_findings(faults: Iterable[Fault], period_s: float) -> tuple[QualityFin
     notes: dict[FaultKind, list[str]] = {}
     for fault in faults:
         intervals.setdefault(fault.kind, []).extend(fault.intervals_s)
-        notes.setdefault(fault.kind, []).extend([fault.note] if fault.note else [])
+        notes.setdefault(fault.kind, []).extend(
+            [fault.note] if fault.note and fault.intervals_s else []
+        )
     slack_s = {
         "spike": SPIKE_ECHO_PERIODS * period_s,
         "other_command": OTHER_COMMAND_S,

@@ -11,6 +11,8 @@ import numpy as np
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.detector import Fault, Samples
 
+NOTE = "cart and pole jump at once: what goes before is left of another run"
+
 
 def detect_foreign_start(samples: Samples) -> tuple[Samples, tuple[Fault, ...]]:
     """Leave out what goes before the last early jump of cart and pole together."""
@@ -27,4 +29,4 @@ def detect_foreign_start(samples: Samples) -> tuple[Samples, tuple[Fault, ...]]:
     if not jumps:
         return samples, ()
     own = stamps >= max(jumps) + 0.5 * period_s
-    return samples.pick(own), (Fault("stale", ((float(stamps[0]), max(jumps)),)),)
+    return samples.pick(own), (Fault("stale", ((float(stamps[0]), max(jumps)),), NOTE),)

@@ -12,6 +12,8 @@ from pendulum_sysid.cleaning.detector import Fault, Samples, list_spans
 from pendulum_sysid.cleaning.jumps import measure_least_step
 from pendulum_twin.arrays import Floats
 
+NOTE = "the same values came again while the rig moved on"
+
 
 def detect_frozen(samples: Samples) -> tuple[Samples, tuple[Fault, ...]]:
     """Leave out the samples that a frozen driver repeated."""
@@ -19,7 +21,7 @@ def detect_frozen(samples: Samples) -> tuple[Samples, tuple[Fault, ...]]:
     moving = np.ones(len(samples.stamps), dtype=bool)
     for first, stop in runs:
         moving[first:stop] = False
-    return samples.pick(moving), (Fault("stale", list_spans(samples.stamps, runs)),)
+    return samples.pick(moving), (Fault("stale", list_spans(samples.stamps, runs), NOTE),)
 
 
 def find_frozen_runs(stamps: Floats, sensors: Sequence[Floats]) -> list[tuple[int, int]]:

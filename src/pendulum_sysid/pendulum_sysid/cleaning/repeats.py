@@ -9,6 +9,8 @@ from pendulum_sysid.cleaning.detector import Fault, list_spans
 from pendulum_sysid.reading.raw import RawRecording
 from pendulum_twin.arrays import Mask
 
+NOTE = "samples came twice"
+
 
 def find_usable_rows(raw: RawRecording) -> tuple[Mask, tuple[Fault, ...]]:
     """Return which samples to use, (n,): none that came twice, none without any position.
@@ -19,7 +21,7 @@ def find_usable_rows(raw: RawRecording) -> tuple[Mask, tuple[Fault, ...]]:
     alike = np.all([_is_like_before(values) for values in positions], axis=0)
     again = np.concatenate([[False], np.diff(stamps) <= 0]) & alike
     nothing = np.all([np.isnan(values) for values in positions], axis=0)
-    return ~again & ~nothing, (Fault("stale", list_spans(stamps, find_runs(again))),)
+    return ~again & ~nothing, (Fault("stale", list_spans(stamps, find_runs(again)), NOTE),)
 
 
 def _is_like_before(values: np.ndarray) -> Mask:

@@ -19,6 +19,7 @@ from pendulum_twin.signals import Signals
 
 DRY = 1  # its column among the brakes
 LATER_S = 0.01
+NOTE = "the cart does not answer its command yet"
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,7 @@ def leave_out_stale_start(recording: Recording, state: SmoothState) -> Recording
     intervals = tuple(
         (float(times[begin]), float(times[end - 1]) + signals.period_s) for begin, end in spans
     )
-    return leave_out(recording, spans, QualityFinding("stale", len(spans), intervals))
+    return leave_out(recording, spans, QualityFinding("stale", len(spans), intervals, NOTE))
 
 
 def list_brakes(state: SmoothState) -> Floats:
@@ -141,6 +142,11 @@ def _count_silent(signals: Signals, state: SmoothState, stretch: slice, answer: 
 
 
 def _find_silence(signals: Signals, state: SmoothState, stretch: slice, answer: Answer) -> int:
+    """Return for how many samples silence is likelier than the answer; 0 where it is not sure.
+
+    A cart that has surely answered is not silent later: what its pole does to a light cart for a
+    while, against the command, is no silence.
+    """
     part = slice(stretch.start, stretch.start + _count_suspected(signals, stretch))
     command = delay_command(signals, answer.late)[part]
     remainder = state.accelerations[part, 0] - list_brakes(state)[part] @ answer.brakes
@@ -154,6 +160,9 @@ def _find_silence(signals: Signals, state: SmoothState, stretch: slice, answer: 
     total = np.cumsum(gain)
     if not len(total):
         return 0
+    fallen = np.maximum.accumulate(np.maximum(total, 0.0)) - total > decisions.STALE_NATS
+    if fallen.any():
+        total = total[: int(np.argmax(fallen)) + 1]
     end = len(total) - int(np.argmax(total[::-1]))  # the last of equal ones: a grip proves nothing
     long_enough = end * signals.period_s >= decisions.STALE_LEAST_S
     return end if long_enough and total[end - 1] > decisions.STALE_NATS else 0

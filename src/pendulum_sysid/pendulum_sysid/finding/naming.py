@@ -14,7 +14,7 @@ from pendulum_sysid.finding.environments import Steadiness, measure_steadiness
 from pendulum_sysid.finding.journal import Search
 from pendulum_sysid.finding.judge import Lead, compute_lead, is_needed, is_surely_there
 from pendulum_sysid.finding.pole_alone import PoleAnswer
-from pendulum_sysid.finding.propose import propose
+from pendulum_sysid.finding.propose import Proposal, propose
 from pendulum_sysid.finding.pruning import leave_out
 from pendulum_sysid.finding.replication import Replication, replicate_effects
 from pendulum_sysid.finding.separation import Tie
@@ -23,7 +23,7 @@ from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.parameters import Scales
 from pendulum_sysid.records import Fit
 from pendulum_twin.effects import BY_NAME
-from pendulum_twin.parameter_vector import SLOTS
+from pendulum_twin.parameter_vector import SLOTS, get_neutral_values
 
 
 @dataclass(frozen=True)
@@ -106,13 +106,31 @@ def _exchange_and_compare(search: Search, best: Fit, name: str) -> Named:
     ]
     inseparable = []
     for proposal in others[: decisions.RIVALS_REFITTED]:
-        other = search.fit_effects(proposal.effects, less, proposal.theta)
+        other = _fit_rival(search, best, less, name, proposal)
         as_good = is_needed(other, less, proposal.effect) and not compute_lead(best, other).is_real
         if as_good:
             inseparable.append(proposal.effect)
         verdict = "as good as" if as_good else "worse than"
         search.journal.note(other, f"{verdict} {name} in its place")
     return Named(name, compute_lead(best, less), tuple(inseparable))
+
+
+def _fit_rival(search: Search, best: Fit, less: Fit, name: str, proposal: Proposal) -> Fit:
+    """Return the fit of a rival in an effect's place, from the better of two beginnings.
+
+    Without the effect the constants lie far off, and a fit from there may end on its way. So a
+    rival that is of use and behind begins again from what the best fit says of all others.
+    """
+    other = search.fit_effects(proposal.effects, less, proposal.theta)
+    behind = compute_lead(best, other).is_real
+    if not behind or not is_needed(other, less, proposal.effect):
+        return other
+    theta = best.theta.copy()
+    for effect in {name, *best.effects}.difference(proposal.effects):
+        theta[SLOTS[effect]] = get_neutral_values(BY_NAME[effect])
+    theta[SLOTS[proposal.effect]] = other.theta[SLOTS[proposal.effect]]
+    again = search.fit_effects(proposal.effects, best, theta)
+    return min(other, again, key=lambda fit: fit.train)
 
 
 def is_related(effect: str, other: str) -> bool:

@@ -19,6 +19,7 @@ from pendulum_sysid.measuring.shapes import (
     TURN_SHAPES,
     FittedShape,
     Shape,
+    is_place_seen,
     rank_shapes,
 )
 from pendulum_sysid.records import Fit, Split
@@ -94,7 +95,7 @@ def _try_shapes(
         except np.linalg.LinAlgError:  # its runs fix no step
             continue
         is_as_good = formula.choose <= decisions.SHAPE_AS_GOOD * fit.choose
-        if is_as_good and _is_certain(named):
+        if is_as_good and _is_certain(named) and is_place_seen(named, curve.knots):
             tried.append((formula, finer, named))
     if not tried:
         return fit, curve, None

@@ -18,6 +18,7 @@ from pendulum_twin.arrays import Floats
 
 SHARPEST = 1e-12  # width of an edge
 FASTEST = 0.02  # of the range; length of a settling
+PLACES = ("centre", "place")  # parameters of shapes that say where
 LARGEST = 1e6  # of a column; an exponential beyond it is no curve between knots
 
 # From places (n,) and the parameters that say where or how, to columns (n, k).
@@ -320,10 +321,20 @@ def rank_shapes(
 ) -> list[FittedShape]:
     """Return the shapes fitted to a curve, the most believable first.
 
+    A straight line that ends in a bend is also the flank of a bump five times as far away as the
+    curve reaches: a shape whose place was not seen is left out.
+
     covariance: (knots, knots) of y.
     """
     power, along = np.linalg.eigh(covariance)
     kept = power > 1e-10 * power[-1]
     root = (along[:, kept] / np.sqrt(power[kept])).T
     fitted = [fit_shape(shape, x, y, root) for shape in shapes if len(x) > len(shape.factors) + 2]
-    return sorted(fitted, key=lambda shape: shape.cost)
+    seen = [shape for shape in fitted if is_place_seen(shape, x)]
+    return sorted(seen, key=lambda shape: shape.cost)
+
+
+def is_place_seen(fitted: FittedShape, x: Floats) -> bool:
+    """Return whether the middle of a bump or an edge lies on the curve: else nothing shows it."""
+    places = [v for n, v in zip(fitted.names, fitted.values, strict=True) if n in PLACES]
+    return all(x.min() <= place <= x.max() for place in places)

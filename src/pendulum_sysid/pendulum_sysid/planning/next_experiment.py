@@ -8,6 +8,7 @@ recordings at hand (Goodwin and Payne, Dynamic System Identification (1977), cha
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from pendulum_sysid import decisions
@@ -25,6 +26,7 @@ from pendulum_sysid.planning.next_sentences import (
     describe_never_parted,
     describe_nothing_to_ask,
     describe_partings,
+    describe_unfixed,
 )
 from pendulum_sysid.records import Fit, Next, Split
 from pendulum_twin.errors import BadInputError
@@ -101,10 +103,16 @@ def _plan_for(
         for aim, rating in zip(aims, ratings, strict=True)
         if isinstance(aim, Parting) and rating < decisions.APART_STANDARD_ERRORS
     }
-    if not hopeless:
+    unfixed = {
+        aim.subject
+        for aim, normal in zip(aims, grown.normals, strict=True)
+        if isinstance(aim, Narrowing) and not math.isfinite(aim.predict_half_width(normal))
+    }
+    if not hopeless and not unfixed:
         return _explain_plan(aims, grown, ratings, said, needed)
     said = [*said, *(describe_hopeless(s, aims, ratings, seconds) for s in sorted(hopeless))]
-    others = [aim for aim in aims if aim.subject not in hopeless]
+    said += [describe_unfixed(subject, seconds) for subject in sorted(unfixed)]
+    others = [aim for aim in aims if aim.subject not in hopeless | unfixed]
     if not others:
         return Next(None, " ".join(said))
     return _plan_for(case, best, others, seconds, seed, said)

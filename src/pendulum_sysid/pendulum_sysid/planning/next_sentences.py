@@ -71,6 +71,14 @@ def describe_narrowing(aim: Narrowing, normal: Floats) -> str:
     return f"{plan} is expected{little}."
 
 
+def describe_unfixed(subject: str, seconds: float) -> str:
+    """Return the sentence on an interval that no plan of this length makes finite."""
+    return (
+        f"{subject} is not fixed at all, and no plan of {seconds:g} s that the rig allows fixes "
+        "it: motion shows no more than its ratio to other constants, so measure it by hand."
+    )
+
+
 def describe_nothing_to_ask(best: Fit) -> str:
     """Return the sentence on a recording that leaves nothing to ask, with what it fixes."""
     fixed = [

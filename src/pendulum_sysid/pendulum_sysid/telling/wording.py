@@ -130,7 +130,7 @@ QUALITY: dict[FaultKind, str] = {
     "gap": "samples missing; nothing is carried across",
     "jitter": "stamps not evenly spaced",
     "wrap": "jumps of the angle by a full turn; unwrapped",
-    "stale": "the same value repeated while the rig moved; left out",
+    "stale": "samples that do not show how this rig moved then; left out",
     "clipped": "values stuck at a limit",
     "slip": "jumps of the cart's reading that no force explains; left out",
     "rail_end": "stretches in which the cart stands at an end of the rail; left out",
@@ -215,7 +215,8 @@ DEFINITIONS: tuple[tuple[str, str], ...] = (
     (
         "Identifiable",
         "Whether this recording fixes the value. Motion fixes ratios only, such as force to mass: "
-        "the cart's mass stays as measured, and sets the scale for the other values.",
+        "the cart's mass stays as given, of a pole alone its inertia does, and sets the scale for "
+        "the other values: they are off by as many percent.",
     ),
     (
         "Masking",
