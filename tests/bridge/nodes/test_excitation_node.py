@@ -120,7 +120,9 @@ def test_both_are_reset_first_unless_told_otherwise(ros: Graph, planned) -> None
     resets = []
     node = make(ros, planned(Rest(seconds=0.1)), silence_s=BUSY_S)
     ros.until(lambda: resets.append(node._run.stage) or node.over, "the end")
-    assert Stage.RESETTING in resets and abs(bench.carts[-1]) < 1e-12 and bench.over(node) is None
+    assert Stage.RESETTING in resets and bench.over(node) is None
+    # the longer queue of who watches may still hold samples from before the reset
+    ros.until(lambda: abs(bench.carts[-1]) < 1e-12, "a cart in the middle")
 
 
 def test_while_another_commands_the_rig_it_does_not_begin(ros: Graph, planned) -> None:
