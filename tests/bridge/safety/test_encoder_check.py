@@ -359,6 +359,15 @@ def test_the_same_sample_again_and_again_is_stuck() -> None:
         )
 
 
+@pytest.mark.parametrize("speed", [0.05, -0.05])
+@pytest.mark.parametrize("reason", [Reason.CART_STUCK, Reason.POLE_STUCK])
+def test_the_same_sample_is_stuck_whichever_way_it_moves(reason: Reason, speed: float) -> None:
+    cart = reason is Reason.CART_STUCK
+    sample = RigState(0.1, math.pi, speed if cart else 0.0, 0.0 if cart else 3 * speed)
+    states = follow([sample] * 100, lambda k: 0.0)
+    assert states[9].fault is None and states[-1].fault is reason
+
+
 @pytest.mark.parametrize("joint", ["cart", "pole"])
 def test_even_motion_slower_than_the_encoder_counts_is_not_stuck(joint: str) -> None:
     """Eleven samples alike and then a step, again and again: each way counts for itself."""
