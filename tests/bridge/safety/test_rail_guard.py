@@ -212,6 +212,24 @@ def test_a_mirrored_rig_is_as_far_out_at_its_mirrored_end(
         assert here == pytest.approx(there, abs=1e-12)
 
 
+@given(st.floats(-4.0, 4.0), st.floats(-15.0, 15.0), st.sampled_from([-1.0, 1.0]))
+def test_no_pole_within_the_spread_hangs_further_out(
+    pole_rad: float, pole_rad_s: float, towards: float
+) -> None:
+    known = make_rail_guard(load_twin(CONFIG / "inteco.yaml").rig, LIMIT, MARGIN_M)
+    for guard in (known, replace(known, pole_way=-1), replace(known, pole_way=0)):
+        state = RigState(0.1, pole_rad, 0.2, pole_rad_s)
+        furthest_m, fastest_m_s = find_outermost(state, towards, guard)
+        places, speeds = [], []
+        for share in (1 - guard.spread, 1 + guard.spread):
+            for way in (guard.pole_way,) if guard.pole_way else (-1, 1):
+                reach_m = way * share * guard.reach_m
+                places.append(towards * (0.1 - reach_m * math.sin(pole_rad)))
+                speeds.append(towards * (0.2 - reach_m * math.cos(pole_rad) * pole_rad_s))
+        assert furthest_m == pytest.approx(max(places), abs=1e-12)
+        assert fastest_m_s == pytest.approx(max(speeds), abs=1e-12)
+
+
 def test_a_rig_without_rail_or_room_is_refused(nominal: Rig) -> None:
     with pytest.raises(BadInputError, match="rail_half_length_m"):
         make_rail_guard(replace(nominal, rail_half_length_m=None), LIMIT)
