@@ -398,6 +398,15 @@ def test_stuck_stays_until_somebody_clears_it() -> None:
     assert moving.fault is Reason.CART_STUCK and trust_again(moving).fault is None
 
 
+def test_a_spike_takes_no_latched_fault_away() -> None:
+    stuck = follow([REST] * 30, lambda k: 0.5)[-1]
+    assert stuck.fault is Reason.CART_STUCK
+    for sample in (replace(REST, cart_m=0.5), REST, REST):
+        stuck = check_sample(stuck, sample, 0.0, PERIOD_S, CHECK)
+        assert stuck.fault is Reason.CART_STUCK
+    assert stuck.spikes == 1
+
+
 def test_after_a_spike_nothing_is_said_about_stuck_encoders_for_a_while() -> None:
     """The velocity that a spike of the cart leaves would say that the resting pole has to move."""
     meter = sensors.Sensors(

@@ -212,6 +212,25 @@ def test_a_mirrored_rig_is_as_far_out_at_its_mirrored_end(
         assert here == pytest.approx(there, abs=1e-12)
 
 
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("applied", [0.3, -0.3])
+def test_the_largest_command_stops_just_before_the_end(
+    nominal: Rig, side: int, applied: float
+) -> None:
+    """The last command for the delay, the new command until the next decision, then the brake."""
+    guard = replace(make_rail_guard(nominal, LIMIT, MARGIN_M), reach_m=0.0)
+    shown = RigState(side * 0.6, math.pi, side * 1.1, 0.0)
+    guarded = guard_command(side * LIMIT, Seen(shown, 0.0, side * applied), 0.0, PERIOD_S, guard)
+    at_m, speed = 0.6, 1.1
+    for command, seconds in ((applied, guard.delay_s), (side * guarded.pwm, guard.hold_s)):
+        gain_m_s2 = command * (guard.push_m_s2 if command > 0 else guard.brake_m_s2)
+        at_m += speed * seconds + gain_m_s2 * seconds**2 / 2
+        speed += gain_m_s2 * seconds
+    assert -LIMIT < side * guarded.pwm < LIMIT
+    stops_at_m = at_m + compute_braking_distance(speed, guard)
+    assert stops_at_m == pytest.approx(guard.end_m, abs=1e-3) and stops_at_m <= guard.end_m
+
+
 @given(st.floats(-4.0, 4.0), st.floats(-15.0, 15.0), st.sampled_from([-1.0, 1.0]))
 def test_no_pole_within_the_spread_hangs_further_out(
     pole_rad: float, pole_rad_s: float, towards: float
