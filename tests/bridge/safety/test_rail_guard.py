@@ -217,8 +217,11 @@ def test_a_mirrored_rig_is_as_far_out_at_its_mirrored_end(
 def test_the_largest_command_stops_just_before_the_end(
     nominal: Rig, side: int, applied: float
 ) -> None:
-    """The last command for the delay, the new command until the next decision, then the brake."""
-    guard = replace(make_rail_guard(nominal, LIMIT, MARGIN_M), reach_m=0.0)
+    """The last command for the delay, the new command until the next decision, then the brake.
+
+    The pole hangs, and may swing out beside the cart by its reach and the spread of that.
+    """
+    guard = make_rail_guard(nominal, LIMIT, MARGIN_M)
     shown = RigState(side * 0.6, math.pi, side * 1.1, 0.0)
     guarded = guard_command(side * LIMIT, Seen(shown, 0.0, side * applied), 0.0, PERIOD_S, guard)
     at_m, speed = 0.6, 1.1
@@ -228,7 +231,8 @@ def test_the_largest_command_stops_just_before_the_end(
         speed += gain_m_s2 * seconds
     assert -LIMIT < side * guarded.pwm < LIMIT
     stops_at_m = at_m + compute_braking_distance(speed, guard)
-    assert stops_at_m == pytest.approx(guard.end_m, abs=1e-3) and stops_at_m <= guard.end_m
+    end_m = guard.end_m - (1 + guard.spread) * guard.reach_m
+    assert stops_at_m == pytest.approx(end_m, abs=1e-3) and stops_at_m <= end_m + 1e-9
 
 
 @given(st.floats(-4.0, 4.0), st.floats(-15.0, 15.0), st.sampled_from([-1.0, 1.0]))

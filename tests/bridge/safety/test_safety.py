@@ -313,6 +313,13 @@ def test_after_a_standstill_commands_of_a_clock_that_was_set_back_are_not_taken(
     assert take_command(0.3, safety, 1.02, ago_s=-3600.0)[1] is None
 
 
+def test_a_command_to_an_inactive_driver_is_dropped_and_counted(rules: Rules) -> None:
+    inactive, _ = deactivate(settled(rules, MIDDLE))
+    safety, refused = take_command(0.3, inactive)
+    assert refused is Reason.INACTIVE and safety.counts.while_inactive == 1
+    assert decide(None, MIDDLE, 0.01, safety, rules).pwm == 0.0
+
+
 def test_an_activated_driver_takes_no_command_of_before(rules: Rules) -> None:
     active = activate(deactivate(settled(rules, MIDDLE))[0], 5.0)
     active = replace(active, ages=replace(active.ages, now_s=5.04))
