@@ -62,6 +62,11 @@ class StepRig:
             Float64, "/twin/pwm", lambda message: self.twins.append(message.data), 100
         )
 
+    @property
+    def now_s(self) -> float:
+        """The rig's own time, s, for a node that judges how evenly its first push was sent."""
+        return self._stamp_ns / 1e9
+
     def look(self, node: ExcitationNode) -> None:
         """Hang still and send samples until the node has seen its rate and answered all."""
         self._ros.until(lambda: self._tick() or node._run.stage is Stage.LOOKING, "the look")

@@ -84,6 +84,13 @@ def test_gain_drift():
     np.testing.assert_allclose(states[:, V], 0.1 * GAIN / MASS * (T + 0.2 * T**2 / 2), atol=1e-3)
 
 
+def test_a_drive_that_fades_is_never_turned_round():
+    states = run(SLIDING_CART, REST + 0.1, {"gain_drift": {"per_s": -0.8}})
+    until, after = np.minimum(T, 0.9 / 0.8), np.maximum(T - 0.9 / 0.8, 0.0)
+    speed = 0.1 * GAIN / MASS * (until - 0.8 * until**2 / 2 + 0.1 * after)
+    np.testing.assert_allclose(states[:, V], speed, atol=3e-3)
+
+
 def test_motor_lag():
     tau, step = 0.05, np.where(T >= 0.1, 0.1, 0.0)
     states = run(SLIDING_CART, step, {"motor_lag": {"time_constant_s": tau}})

@@ -36,7 +36,11 @@ from pendulum_rl_env.learning.environments import (  # noqa: E402
     make_environments,
 )
 from pendulum_rl_env.learning.export import export  # noqa: E402
-from pendulum_rl_env.learning.learner import as_off_policy, make_learner  # noqa: E402
+from pendulum_rl_env.learning.learner import (  # noqa: E402
+    as_off_policy,
+    explore_by_policy,
+    make_learner,
+)
 from pendulum_rl_env.learning.on_rig import evaluate_mean_reward, learn_on_rig  # noqa: E402
 from pendulum_rl_env.learning.policies import (  # noqa: E402
     get_correction,
@@ -218,6 +222,8 @@ def _make_model(
         saved = load_policy(origin, trust=options.trust)
         _take_weights(model, saved, origin, options.preset)
         model.num_timesteps = saved.num_timesteps if checkpoint is not None else 0
+        if checkpoint is None and off_policy is not None:
+            explore_by_policy(off_policy)
     replay = options.out / REPLAY_FILE
     if checkpoint is not None and off_policy is not None and replay.exists():
         load_replay(off_policy, replay)

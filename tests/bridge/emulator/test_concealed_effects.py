@@ -41,6 +41,7 @@ def truth_after(
         ({"input_saturation": {"limit": 0.25}}, [0.3, 0.1, -0.4], [0.25, 0.1, -0.25]),
         ({"gain_asymmetry": {"ratio": 0.1}}, [0.2, -0.2], [0.22, -0.18]),
         ({"gain_drift": {"per_s": 2.0}}, [0.1, 0.1], [0.1001, 0.1003]),
+        ({"gain_drift": {"per_s": -500.0}}, [0.1, 0.1, 0.1], [0.075, 0.025, 0.01]),
         ({"input_dead_zone": {"width": 0.1}, "gain_asymmetry": {"ratio": 0.1}}, [0.3], [0.22]),
     ],
 )

@@ -27,7 +27,6 @@ from support.excitation_bench import (  # noqa: E402
 from support.ros_graph import Graph  # noqa: E402
 
 from pendulum_bridge.excitation.guard import StopReason  # noqa: E402
-from pendulum_bridge.excitation.run import Stage  # noqa: E402
 from pendulum_bridge.nodes.excitation_node import ExcitationNode  # noqa: E402
 from pendulum_twin.model import Twin, load_twin, save_twin  # noqa: E402
 from pendulum_twin.nodes.messages import to_joint_state  # noqa: E402
@@ -103,7 +102,6 @@ def test_a_reset_that_never_answers_has_a_deadline(ros: Graph, planned) -> None:
     ros.executor.remove_node(helpers[0])
     node = make(ros, planned(*LONG), reset_timeout_s=0.3)
     rig.look(node)
-    assert node._run.stage is Stage.RESETTING
     ros.until(lambda: node.over, "the end")
     assert "(/twin: no answer within 0.3 s)" in node.end()
 

@@ -193,11 +193,16 @@ def test_reset_brings_the_pendulum_to_rest_in_the_middle(driven) -> None:
         user.hold(0.3 * math.copysign(1.0, math.sin(0.09 * k)), 1)
     answer = user.call("reset")
     assert answer.success and answer.message == Reason.RESET_DONE.sentence
-    user.more(1)
-    cart, pole = user.states[-1].position
-    assert abs(cart) < 0.03 and abs(math.remainder(pole - math.pi, math.tau)) < 0.05
+
+    def rests() -> bool:
+        cart, pole = user.states[-1].position
+        return abs(cart) < 0.03 and abs(math.remainder(pole - math.pi, math.tau)) < 0.05
+
+    # samples and commands from before the answer may still be on their way
+    user.until(rests, "rest in the middle")
+    user.until(lambda: user.pwm == 0.0, "PWM 0")
     user.more(3)
-    assert user.pwm == 0.0
+    assert rests() and user.pwm == 0.0
 
 
 def test_a_stop_ends_a_reset_and_everything_is_served_meanwhile(driven) -> None:

@@ -32,10 +32,11 @@ from pendulum_twin.model import load_twin  # noqa: E402
 from pendulum_twin.nodes.qos import LATEST, SAMPLES  # noqa: E402
 from pendulum_twin.plans.excitation import Excitation, compute_command  # noqa: E402
 from pendulum_twin.plans.plan_file import load_plan  # noqa: E402
-from pendulum_twin.plans.plan_phases import Chirp, Push, Rest  # noqa: E402
+from pendulum_twin.plans.plan_phases import Chirp, Push, Rest, Samples  # noqa: E402
 from pendulum_twin.plans.waveforms import make_envelope  # noqa: E402
 
 MODULE = "pendulum_bridge.nodes.excitation_node"
+GENTLE = Samples(commands=(1e-3,) * 300, centred=False)  # some are sent, however long it stands
 
 
 @pytest.fixture
@@ -58,7 +59,9 @@ def expected(plan: Excitation, states: list[np.ndarray], lost: frozenset[int]) -
 @pytest.mark.parametrize(
     "lost", [frozenset(), frozenset({40, 41, 100, 101, 102, 200})], ids=["none lost", "some lost"]
 )
-def test_command_k_answers_sample_k(ros: Graph, planned, lost: frozenset[int]) -> None:
+def test_command_k_answers_sample_k(
+    ros: Graph, planned, monkeypatch: pytest.MonkeyPatch, lost: frozenset[int]
+) -> None:
     """The rig's motion depends on every answer: an answer a sample late changes all after it."""
     path = planned(
         Push(seconds=0.9),
@@ -67,6 +70,8 @@ def test_command_k_answers_sample_k(ros: Graph, planned, lost: frozenset[int]) -
     )
     plan = load_plan(path, make_envelope(load_twin(TWIN).rig))
     rig = StepRig(ros, lost)
+    # this machine may stand still, which makes a push uneven
+    monkeypatch.setattr("pendulum_bridge.nodes.excitation_node.monotonic", lambda: rig.now_s)
     node = make(ros, path, reset_first=False, overruled_s=60.0)
     rig.look(node)
     assert rig.answers == [0.0] * SAMPLES_A_LOOK and node._run.stage is Stage.PLAYING
@@ -115,7 +120,9 @@ def test_both_are_reset_first_unless_told_otherwise(ros: Graph, planned) -> None
     resets = []
     node = make(ros, planned(Rest(seconds=0.1)), silence_s=BUSY_S)
     ros.until(lambda: resets.append(node._run.stage) or node.over, "the end")
-    assert Stage.RESETTING in resets and abs(bench.carts[-1]) < 1e-12 and bench.over(node) is None
+    assert Stage.RESETTING in resets and bench.over(node) is None
+    # the longer queue of who watches may still hold samples from before the reset
+    ros.until(lambda: abs(bench.carts[-1]) < 1e-12, "a cart in the middle")
 
 
 def test_while_another_commands_the_rig_it_does_not_begin(ros: Graph, planned) -> None:
@@ -201,17 +208,17 @@ def start_program(ros: Graph, plan: str, *more: str) -> subprocess.Popen:
 
 def wait_for_end(ros: Graph, node: subprocess.Popen) -> tuple[int, str]:
     """Serve the graph until a program has ended; return its status and what it said on stderr."""
-    ros.until(lambda: node.poll() is not None, "the end of the program", 60.0)
+    ros.until(lambda: node.poll() is not None, "the end of the program")
     return node.returncode, node.communicate(timeout=DEADLINE_S)[1]
 
 
 def test_a_program_that_has_played_all_ends_with_0(ros: Graph, planned) -> None:
     bench = Bench(ros)
-    status, said = wait_for_end(ros, start_program(ros, planned(Rest(seconds=0.2), NUMBERED)))
+    status, said = wait_for_end(ros, start_program(ros, planned(Rest(seconds=0.2), GENTLE)))
     assert status == 0 and "has played the plan" in said
     # the program may end before its last message arrives
     ros.until(lambda: bench.sent["/rig"][-1:] == [0.0], "a last command of 0")
-    assert 0.1 in bench.sent["/rig"]
+    assert 1e-3 in bench.sent["/rig"]
 
 
 def test_a_program_that_was_stopped_ends_with_1_and_why(ros: Graph, planned) -> None:
@@ -247,6 +254,6 @@ def test_a_signal_sends_0_and_ends_it(ros: Graph, planned, number: signal.Signal
 def test_a_program_that_waits_for_its_service_ends_well(ros: Graph, planned) -> None:
     node = start_program(ros, planned(*LONG), "-p", "start:=service")
     starter = ros.user("starter").create_client(Trigger, "start")
-    ros.until(starter.service_is_ready, "the program", 60.0)
+    ros.until(starter.service_is_ready, "the program")
     node.send_signal(signal.SIGINT)
     assert wait_for_end(ros, node) == (0, "")

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from support.guarded_rigs import PERIOD_S, settled, stepper, varied
 
+from pendulum_bridge.safety.cart_direction import CartDirection, follow_cart
 from pendulum_bridge.safety.decide import decide
 from pendulum_bridge.safety.events import (
     activate,
@@ -141,6 +142,17 @@ def test_friction_that_stops_a_sliding_cart_is_no_vote(nominal: Rig, rules: Rule
     pattern = [0.4] * 15 + [0.1] * 25 + [-0.4] * 15 + [-0.1] * 25
     safety, _ = drive(rig, "", pattern * 12, rules)
     assert not safety.direction.turned
+
+
+def test_a_gain_of_speed_is_a_vote_of_its_own_stretch_alone(rules: Rules) -> None:
+    """A cart that was pushed back once and rolls on gives no more votes."""
+    direction, speed = CartDirection(), 0.0
+    for _ in range(100):
+        if not sum(direction.votes):
+            speed -= 0.03
+        sample = RigState(0.0, math.pi, speed, 0.0)
+        direction = follow_cart(direction, sample, 0.3, PERIOD_S, PERIOD_S, rules.guard)
+    assert direction.against and direction.votes == (0, 1)
 
 
 @pytest.mark.parametrize("known", [True, False], ids=["after pushes", "before any push"])

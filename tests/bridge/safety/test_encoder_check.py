@@ -168,6 +168,14 @@ def test_a_jump_that_stays_is_latched_until_somebody_clears_it(
     assert check_sample(cleared, shown[-1], 0.0, PERIOD_S, CHECK).fault is None
 
 
+def test_a_jump_of_a_moving_cart_that_lags_behind_its_way_is_latched() -> None:
+    """After four more samples the cart has gone the way that it had jumped back."""
+    shown = [RigState(0.01 * k - (0.04 if k >= 30 else 0.0), math.pi, 1.0, 0.0) for k in range(60)]
+    states = follow(shown, lambda k: 0.0)
+    assert find_first_fault(states, but=Reason.ENCODER_SPIKE) is not None
+    assert states[-1].fault is Reason.ENCODER_JUMPED and states[-1].spikes == 1
+
+
 def test_a_jump_back_after_it_was_latched_changes_nothing() -> None:
     shown, command = swing()
     shown[300:320] = [replace(s, cart_m=s.cart_m + 0.2) for s in shown[300:320]]
@@ -351,10 +359,52 @@ def test_the_same_sample_again_and_again_is_stuck() -> None:
         )
 
 
+@pytest.mark.parametrize("speed", [0.05, -0.05])
+@pytest.mark.parametrize("reason", [Reason.CART_STUCK, Reason.POLE_STUCK])
+def test_the_same_sample_is_stuck_whichever_way_it_moves(reason: Reason, speed: float) -> None:
+    cart = reason is Reason.CART_STUCK
+    sample = RigState(0.1, math.pi, speed if cart else 0.0, 0.0 if cart else 3 * speed)
+    states = follow([sample] * 100, lambda k: 0.0)
+    assert states[9].fault is None and states[-1].fault is reason
+
+
+@pytest.mark.parametrize("joint", ["cart", "pole"])
+def test_even_motion_slower_than_the_encoder_counts_is_not_stuck(joint: str) -> None:
+    """Eleven samples alike and then a step, again and again: each way counts for itself."""
+    shown = []
+    for k in range(200):
+        steps = k // 11 * 11 * PERIOD_S
+        if joint == "cart":
+            shown.append(RigState(0.017 * steps, math.pi, 0.017, 0.0))
+        else:
+            shown.append(RigState(0.1, math.pi + 0.1 * steps, 0.0, 0.1))
+    assert find_first_fault(follow(shown, lambda k: 0.0)) is None
+
+
+@pytest.mark.parametrize(("cart_kg", "found_s"), [(NOMINAL.cart_mass_kg, 0.14), (10.0, 0.28)])
+def test_a_heavy_cart_has_the_time_that_its_mass_needs(cart_kg: float, found_s: float) -> None:
+    """The drive moves 13 kg at most by 2 mm at least in this time, through its lag."""
+    before, mass_kg = NOMINAL.total_mass_kg, cart_kg + NOMINAL.pole_mass_kg
+    distance_m = NOMINAL.com_distance_m * before / mass_kg
+    rig = replace(NOMINAL, cart_mass_kg=cart_kg, com_distance_m=distance_m)
+    states = follow([REST] * 100, lambda k: 0.5, make_encoder_check(rig, 0.5, PERIOD_S))
+    k, reason = find_first_fault(states)
+    assert reason is Reason.CART_STUCK and k * PERIOD_S == pytest.approx(found_s, abs=0.015)
+
+
 def test_stuck_stays_until_somebody_clears_it() -> None:
     states = follow([REST] * 100, lambda _: 0.5)
     moving = check_sample(states[-1], replace(REST, cart_m=0.101), 0.0, PERIOD_S, CHECK)
     assert moving.fault is Reason.CART_STUCK and trust_again(moving).fault is None
+
+
+def test_a_spike_takes_no_latched_fault_away() -> None:
+    stuck = follow([REST] * 30, lambda k: 0.5)[-1]
+    assert stuck.fault is Reason.CART_STUCK
+    for sample in (replace(REST, cart_m=0.5), REST, REST):
+        stuck = check_sample(stuck, sample, 0.0, PERIOD_S, CHECK)
+        assert stuck.fault is Reason.CART_STUCK
+    assert stuck.spikes == 1
 
 
 def test_after_a_spike_nothing_is_said_about_stuck_encoders_for_a_while() -> None:

@@ -52,6 +52,8 @@ def test_known_answers(
 
 def test_no_slew_limit_at_all() -> None:
     assert limit_command(0.5, -0.5, 0.0, Limits(0.5, math.inf)).pwm == 0.5
+    assert limit_command(24.0, -24.0, 0.0, Limits(24.0, math.inf)).pwm == 24.0  # V
+    assert limit_command(-0.1, 0.5, 0.0, Limits(0.1, math.inf)).pwm == -0.1  # set lower since
 
 
 @given(FINITE, WITHIN, st.floats(-1, 10), st.floats(0.01, 1e3))

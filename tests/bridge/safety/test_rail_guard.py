@@ -9,16 +9,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.guarded_rigs import PERIOD_S, seen, stepper, varied
+from support.paths import CONFIG
 
 from pendulum_bridge.safety.rail_guard import (
     Seen,
     compute_braking_distance,
+    find_outermost,
     guard_command,
     make_rail_guard,
 )
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.model import load_twin
 from pendulum_twin.rig import Rig
 from pendulum_twin.stepper import Stepper
 
@@ -187,6 +190,67 @@ def test_a_drive_that_goes_the_wrong_way_is_switched_off(nominal: Rig) -> None:
         0.1, Seen(RigState(0.3, math.pi, 0.0, 0.0), 0.0, 0.0), in_vain_s, PERIOD_S, guard
     )
     assert moved.pwm == 0.1 and moved.in_vain_s == 0.0
+
+
+def test_a_cart_that_comes_away_slowly_is_not_given_up(nominal: Rig) -> None:
+    guard, in_vain_s = make_rail_guard(nominal, LIMIT, MARGIN_M), 0.0
+    leaving = Seen(RigState(1.5, math.pi, -0.1, 0.0), 0.0, 0.0)
+    for _ in range(round(2 * guard.patience_s / PERIOD_S)):
+        guarded = guard_command(0.1, leaving, in_vain_s, PERIOD_S, guard)
+        in_vain_s = guarded.in_vain_s
+    assert guarded.reason is Reason.RAIL_BRAKING and guarded.pwm < 0.0
+
+
+@given(st.floats(-0.8, 0.8), st.floats(-4.0, 4.0), st.floats(-2.0, 2.0), st.floats(-15.0, 15.0))
+def test_a_mirrored_rig_is_as_far_out_at_its_mirrored_end(
+    cart_m: float, pole_rad: float, cart_m_s: float, pole_rad_s: float
+) -> None:
+    guard = make_rail_guard(load_twin(CONFIG / "inteco.yaml").rig, LIMIT, MARGIN_M)
+    for sides in (guard, replace(guard, pole_way=-1), replace(guard, pole_way=0)):
+        here = find_outermost(RigState(cart_m, pole_rad, cart_m_s, pole_rad_s), 1.0, sides)
+        there = find_outermost(RigState(-cart_m, -pole_rad, -cart_m_s, -pole_rad_s), -1.0, sides)
+        assert here == pytest.approx(there, abs=1e-12)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("applied", [0.3, -0.3])
+def test_the_largest_command_stops_just_before_the_end(
+    nominal: Rig, side: int, applied: float
+) -> None:
+    """The last command for the delay, the new command until the next decision, then the brake.
+
+    The pole hangs, and may swing out beside the cart by its reach and the spread of that.
+    """
+    guard = make_rail_guard(nominal, LIMIT, MARGIN_M)
+    shown = RigState(side * 0.6, math.pi, side * 1.1, 0.0)
+    guarded = guard_command(side * LIMIT, Seen(shown, 0.0, side * applied), 0.0, PERIOD_S, guard)
+    at_m, speed = 0.6, 1.1
+    for command, seconds in ((applied, guard.delay_s), (side * guarded.pwm, guard.hold_s)):
+        gain_m_s2 = command * (guard.push_m_s2 if command > 0 else guard.brake_m_s2)
+        at_m += speed * seconds + gain_m_s2 * seconds**2 / 2
+        speed += gain_m_s2 * seconds
+    assert -LIMIT < side * guarded.pwm < LIMIT
+    stops_at_m = at_m + compute_braking_distance(speed, guard)
+    end_m = guard.end_m - (1 + guard.spread) * guard.reach_m
+    assert stops_at_m == pytest.approx(end_m, abs=1e-3) and stops_at_m <= end_m + 1e-9
+
+
+@given(st.floats(-4.0, 4.0), st.floats(-15.0, 15.0), st.sampled_from([-1.0, 1.0]))
+def test_no_pole_within_the_spread_hangs_further_out(
+    pole_rad: float, pole_rad_s: float, towards: float
+) -> None:
+    known = make_rail_guard(load_twin(CONFIG / "inteco.yaml").rig, LIMIT, MARGIN_M)
+    for guard in (known, replace(known, pole_way=-1), replace(known, pole_way=0)):
+        state = RigState(0.1, pole_rad, 0.2, pole_rad_s)
+        furthest_m, fastest_m_s = find_outermost(state, towards, guard)
+        places, speeds = [], []
+        for share in (1 - guard.spread, 1 + guard.spread):
+            for way in (guard.pole_way,) if guard.pole_way else (-1, 1):
+                reach_m = way * share * guard.reach_m
+                places.append(towards * (0.1 - reach_m * math.sin(pole_rad)))
+                speeds.append(towards * (0.2 - reach_m * math.cos(pole_rad) * pole_rad_s))
+        assert furthest_m == pytest.approx(max(places), abs=1e-12)
+        assert fastest_m_s == pytest.approx(max(speeds), abs=1e-12)
 
 
 def test_a_rig_without_rail_or_room_is_refused(nominal: Rig) -> None:

@@ -225,6 +225,21 @@ def test_an_answer_just_after_its_samples_decision_moves_as_far_as_at_the_sample
     assert sent[-1] == pytest.approx(0.5, abs=0.005)
 
 
+def test_commands_to_and_fro_between_samples_move_no_further_than_time_allows(
+    rules: Rules,
+) -> None:
+    """A thousand commands a second, each the other way: their ways add up to 10 PWM a second."""
+    safety = decide(0.05, MIDDLE, 0.02, settled(rules, MIDDLE), rules).safety
+    safety, way = decide(0.05, MIDDLE, 0.04, safety, rules).safety, 0.0
+    for k in range(1, 501):
+        sample = MIDDLE if k % 10 == 0 else None
+        decision = decide(0.05 * (-1) ** k, sample, 0.04 + 1e-3 * k, safety, rules)
+        way += abs(decision.pwm - safety.applied)
+        safety = decision.safety
+        assert way <= 10.0 * (1e-3 * k + rules.period_s) + 1e-9
+    assert way > 4.0
+
+
 def test_decisions_between_samples_do_not_disturb_a_reset(nominal: Rig, rules: Rules) -> None:
     ends = []
     for between in (0, 3):
@@ -296,6 +311,13 @@ def test_after_a_standstill_commands_of_a_clock_that_was_set_back_are_not_taken(
     safety, refused = take_command(0.3, resumed, 1.01, ago_s=-3600.0)
     assert refused is Reason.STOOD_STILL
     assert take_command(0.3, safety, 1.02, ago_s=-3600.0)[1] is None
+
+
+def test_a_command_to_an_inactive_driver_is_dropped_and_counted(rules: Rules) -> None:
+    inactive, _ = deactivate(settled(rules, MIDDLE))
+    safety, refused = take_command(0.3, inactive)
+    assert refused is Reason.INACTIVE and safety.counts.while_inactive == 1
+    assert decide(None, MIDDLE, 0.01, safety, rules).pwm == 0.0
 
 
 def test_an_activated_driver_takes_no_command_of_before(rules: Rules) -> None:

@@ -78,6 +78,16 @@ def test_a_clock_that_is_set_back_begins_anew() -> None:
     )
 
 
+def test_commands_go_on_when_the_clock_is_set_back() -> None:
+    stream = Stream(PERIOD_S, 100)
+    for k in range(40):
+        now_ns = k * PERIOD_NS + (10**12 if k < 20 else 0)
+        stream.sample(now_ns, now_ns, (float(k), 3.0))
+        stream.command(float(k), now_ns + 1_000_000)
+    assert stream.begun == 2
+    assert stream.history(stream.slot).command[:-1].tolist() == [float(k) for k in range(20, 39)]
+
+
 def test_a_repeated_sample_is_late() -> None:
     stream = feed([k * PERIOD_NS for k in range(50)])
     assert not stream.sample(49 * PERIOD_NS, 50 * PERIOD_NS, (0.0, 3.0)) and stream.late == 1

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from gymnasium.spaces import Box
 
 pytest.importorskip("stable_baselines3")
 from support.paths import CONFIG
@@ -128,6 +129,22 @@ def test_training_can_begin_with_a_policy(training: Path, tmp_path: Path) -> Non
         )
         == 1
     )
+
+
+def test_fine_tuning_explores_by_the_policy_and_not_at_random(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On a rig, too, where `frugal` would drive at random for 1500 steps."""
+    assert run_training(tmp_path / "first", how=TQC, steps=60) == 0
+
+    def refuse(space: Box, *_: object) -> None:
+        raise AssertionError("a command at random")
+
+    monkeypatch.setattr(Box, "sample", refuse)
+    policy = str(tmp_path / "first" / "policy.zip")
+    assert run_training(tmp_path / "fine", "--init", policy, how=TQC, steps=60) == 0
+    with pytest.raises(AssertionError, match="at random"):
+        run_training(tmp_path / "other", how=TQC, steps=60)
 
 
 def test_ctrl_c_saves_and_says_how_to_go_on(tmp_path: Path) -> None:

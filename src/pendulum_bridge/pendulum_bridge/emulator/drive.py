@@ -10,6 +10,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Mapping
 
+LEAST_GAIN = 0.1  # of the first, that a drive keeps which fades
 MOTOR_SHARE = 0.1  # of the moved mass: the motor's own mass, seen at the belt
 
 Stage = Callable[[float], float]
@@ -72,13 +73,17 @@ def make_asymmetry(step_s: float, ratio: float) -> Stage:
 
 
 def make_drift(step_s: float, per_s: float) -> Stage:
-    """Return a stage whose gain changes by per_s of its first value every second."""
+    """Return a stage whose gain changes by per_s of its first value every second.
+
+    A rig that runs for long keeps LEAST_GAIN of it.
+    """
     steps = 0
 
     def stage(u: float) -> float:
         nonlocal steps
         steps += 1
-        return u + u * per_s * (steps - 0.5) * step_s
+        faded = per_s * (steps - 0.5) * step_s < LEAST_GAIN - 1
+        return u * LEAST_GAIN if faded else u + u * per_s * (steps - 0.5) * step_s
 
     return stage
 

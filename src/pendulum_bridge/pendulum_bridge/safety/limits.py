@@ -93,5 +93,5 @@ def compute_left_s(may_s: float, moved: float, limits: Limits) -> float:
 def _compute_reach(elapsed_s: float, limits: Limits) -> float:
     """Return how far a command may move from the applied command."""
     if limits.slew_per_s == math.inf:
-        return 2 * limits.magnitude
+        return math.inf
     return limits.slew_per_s * max(elapsed_s, 0.0)

@@ -70,8 +70,12 @@ class Stream:
 
     def command(self, value: float, said_ns: int) -> None:
         """Take a command, published at said_ns on the clock on which samples are published."""
-        if math.isfinite(value):
-            self._pending.append((said_ns, value))
+        if not math.isfinite(value):
+            return
+        if self._pending and said_ns < self._pending[-1][0]:  # the clock was set back
+            self._held = self._pending[-1][1]
+            self._pending.clear()
+        self._pending.append((said_ns, value))
 
     def sample(self, stamp_ns: int, said_ns: int, positions: Sequence[float]) -> bool:
         """Take a sample and return whether a slot was added.

@@ -63,6 +63,17 @@ def as_off_policy(model: BaseAlgorithm) -> OffPolicyAlgorithm | None:
     return model if isinstance(model, OffPolicyAlgorithm) else None
 
 
+def explore_by_policy(model: OffPolicyAlgorithm) -> None:
+    """Let a learner that begins with a policy explore by it from the first step on.
+
+    Until its first update, 1500 steps in the preset `frugal`, the library would act at random.
+    """
+    sample = model._sample_action
+    model._sample_action = (  # type: ignore[method-assign]
+        lambda learning_starts, *more: sample(0, *more)
+    )
+
+
 def _make_falling_rate(rate: float) -> Callable[[float], float]:
     """Return a learning rate that falls to 0, as a function of the share of training left."""
     return lambda left: rate * left

@@ -1,17 +1,21 @@
-"""The drive's gain changes during the recording: a motor that warms up, a battery that sags."""
+"""The drive's gain changes during the recording: a motor that warms up, a battery that sags.
+
+A live twin may run for much longer than the recording: a gain that falls ends at LEAST_GAIN, and
+never turns the drive round.
+"""
 
 from pendulum_twin.effects.effect import Effect, Form, Parameter, Place, Scale
 
-LEAST_GAIN = 0.1  # of the first: a drive that has faded further is not asked for ever more
+LEAST_GAIN = 0.1  # of the first: a drive fades no further, and is not asked for ever more
 
 
 def law(u, memory, h, t, per_s):
-    """Return u times (1 + per_s t), t counted from the start of the recording."""
-    return u * (1.0 + per_s * t)
+    """Return u times (1 + per_s t), t counted from the start; at least u times LEAST_GAIN."""
+    return u * max(1.0 + per_s * t, LEAST_GAIN)
 
 
 def inverse(u, t, per_s):
-    """Return u over (1 + per_s t), the gain being taken for LEAST_GAIN at least."""
+    """Return u over (1 + per_s t), or over LEAST_GAIN if that is more."""
     return u / max(1.0 + per_s * t, LEAST_GAIN)
 
 
