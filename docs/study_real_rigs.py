@@ -124,7 +124,8 @@ def study(name: str, rig: Rig, out: Path) -> None:
             f"| {part} | `{verdict.outcome.value}` | {describe(verdict)} | {laws} | {work:.0f} |"
         )
         sys.stdout.flush()
-    print(f"\n| errors over 1 s on | {' | '.join('given twin' if twin == 'given' else f'twin of {twin}' for twin in twins)} |")
+    heads = ["given twin" if twin == "given" else f"twin of {twin}" for twin in twins]
+    print(f"\n| errors over 1 s on | {' | '.join(heads)} |")
     print("|---" * (len(twins) + 1) + "|")
     for part, bags in {**rig.parts, **rig.judges}.items():
         cells = [measure([str(bag) for bag in bags], twin) for twin in twins.values()]
