@@ -1,8 +1,7 @@
 """Every number that decides something in a diagnosis, by the question that it answers.
 
-One line a number: value, unit, and why this value. The last word says where it comes from: derived
-(from another number, or statistics) or measured (in a test or study here). Others were chosen on
-emulated rigs. `docs/decisions.md` varies each by 1.5. A study replaces the attributes.
+One line a number: value, unit, and why. The last word says where it comes from: derived (from
+another number, or statistics) or measured (in a test or study). Others: chosen on emulated rigs.
 """
 
 # Is a richer twin ahead of a simpler twin?
@@ -17,6 +16,7 @@ LEAD_BLOCKS = 12  # blocks; of time, over which a lead is averaged: errors nearb
 
 # Is a sign wrong?
 SIGN_MISFIT_RATIO = 1.2  # ratio; least gain of misfit by a sign that is turned
+SIGN_SURE_RATIO = 2.0  # ratio; ... before any search; nine turned signs gain 2.5 to 112; measured
 
 # How widely is the catalogue searched?
 CANDIDATES_REFITTED = 5  # fits; what is hidden ranks fifth at worst (test_propose); measured

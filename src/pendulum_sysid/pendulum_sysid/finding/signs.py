@@ -34,21 +34,21 @@ def fit_parameters_alone(search: Search) -> Fit:
             turned.append(fit(case, search.split, (*given, sign), other, HORIZONS[0]))
             search.journal.note(turned[-1], "one sign turned")
     best = min(turned, key=lambda candidate: candidate.choose, default=plain)
-    ratio = decisions.SIGN_MISFIT_RATIO
-    if best.choose * ratio < plain.choose:
+    if best.choose * decisions.SIGN_SURE_RATIO < plain.choose:
         return best
-    return settle_sign(
-        search, plain, [other for other in turned if other.choose < ratio * plain.choose]
-    )
+    most = decisions.SIGN_MISFIT_RATIO * plain.choose
+    return settle_sign(search, plain, [other for other in turned if other.choose < most])
 
 
 def settle_sign(search: Search, plain: Fit, doubtful: Sequence[Fit]) -> Fit:
-    """Return the doubtful sign with which alone a search ends at the noise, else the plain fit.
+    """Return the doubtful sign with which a search ends better, else the plain fit.
 
-    Under a wrong scale of the angle a wrong sign fits as badly as the right one.
+    Under a wrong scale of the angle a wrong sign fits as badly as the right sign, and under dry
+    friction near upright it fits somewhat better. A sign that was no better before has to end at
+    the noise.
 
     plain: the constants alone.
-    doubtful: the constants with one sign turned each, about as good.
+    doubtful: the constants with one sign turned each, not much worse.
     """
     if not decisions.SETTLE_DOUBTFUL_SIGNS:
         return plain
@@ -59,7 +59,8 @@ def settle_sign(search: Search, plain: Fit, doubtful: Sequence[Fit]) -> Fit:
             "asking what either lacks"
         )
         end = grow_set(search, turned).choose
-        if end > decisions.MISFIT_AT_NOISE:
+        was_ahead = turned.choose * decisions.SIGN_MISFIT_RATIO < plain.choose
+        if end > decisions.MISFIT_AT_NOISE and not was_ahead:
             continue
         grown = grown or grow_set(search, plain)
         if end * decisions.SIGN_MISFIT_RATIO < grown.choose:
