@@ -282,7 +282,7 @@ def test_friction_of_one_half_of_the_rail_has_a_sharp_edge():
     assert sizes["behind"] == pytest.approx(1.0, abs=0.02)
     assert sizes["place"] == pytest.approx(0.0431, abs=1e-3)
     assert final.choose < 1.2 < 2.0 < held.law_fit.fit.choose
-    assert "m behind it." in write_sentence(named)
+    assert "N behind it." in write_sentence(named)
 
 
 def test_a_formula_that_is_worse_than_its_curve_is_not_told():
