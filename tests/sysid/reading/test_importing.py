@@ -8,10 +8,11 @@ from scipy.io import savemat
 
 from pendulum_sysid.cleaning.clean import clean_recording
 from pendulum_sysid.reading.bag import read_bag
-from pendulum_sysid.reading.columns import Columns
+from pendulum_sysid.reading.columns import COMMAND_UNITS, Columns
 from pendulum_sysid.reading.csv_import import import_csv
 from pendulum_sysid.reading.raw import RawRecording
 from pendulum_sysid.records import Recording
+from pendulum_sysid.verbs import import_options
 from pendulum_twin.errors import BadInputError
 
 TIMES = 1e9 + np.arange(500) / 125
@@ -236,10 +237,8 @@ def test_rows_without_times_have_a_rate(file: Path) -> None:
 
 
 def test_a_file_has_times_or_a_rate(file: Path, tmp_path: Path) -> None:
-    assert "--time COLUMN or --rate HZ" in refusal(file, tmp_path / "bag", None, "u", "x")
-    assert "--time COLUMN or --rate HZ" in refusal(
-        file, tmp_path / "bag", "t", "u", "x", rate_hz=9.0
-    )
+    assert "found neither: say when" in refusal(file, tmp_path / "bag", None, "u", "x")
+    assert "found both: leave out" in refusal(file, tmp_path / "bag", "t", "u", "x", rate_hz=9.0)
 
 
 @pytest.mark.parametrize("numbers", [("#1", "#2", "#3", "#4"), ("1", "2", "3", "4")])
@@ -433,3 +432,7 @@ def test_the_log_of_a_real_rig_with_comments_is_read_as_it_is(
     import_csv(file, tmp_path / "sines", sines)
     angles = [read_bag(tmp_path / name).pole for name in ("bag", "sines")]
     np.testing.assert_allclose(*angles, atol=1e-9)
+
+
+def test_the_units_that_the_option_offers_are_those_that_are_read() -> None:
+    assert tuple(COMMAND_UNITS) == import_options.COMMAND_UNITS

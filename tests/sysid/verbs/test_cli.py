@@ -97,7 +97,9 @@ def test_a_recording_that_is_cut_off_is_said_to_be_so(
     for words in (["replay"], ["fit", "--out", out], ["next", "--out", out]):
         assert main(["--quiet", words[0], str(bag), "--twin", TWIN, *words[1:]]) == 0
         said = capsys.readouterr().err
-        assert "expected a whole recording, found" in said and "unreadable: " in said
+        assert (
+            "expected a whole recording, found" in said and "unreadable or out of order: " in said
+        )
 
 
 def test_a_fit_of_another_rig_is_doubted_before_its_twin_is_used(

@@ -6,11 +6,13 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pendulum_sysid.reading.columns import COMMAND_UNITS
 from pendulum_sysid.verbs.shared_options import add_json, add_verb, read_above_zero, read_seconds
 
 if TYPE_CHECKING:
     from pendulum_sysid.verbs.shared_options import Verbs
+
+# as `reading.columns` has them, which reads the catalogue: that waits for --effects
+COMMAND_UNITS = ("one", "percent", "per_mille")
 
 
 def add_import(verbs: Verbs) -> None:
@@ -85,7 +87,7 @@ def _add_units(verb: argparse.ArgumentParser) -> None:
         ("length-unit", ("m", "cm", "mm"), "m"),
         ("angle-unit", ("rad", "deg", "turn"), "rad"),
         ("time-unit", ("s", "ms", "us", "ns"), None),
-        ("command-unit", tuple(COMMAND_UNITS), "one"),
+        ("command-unit", COMMAND_UNITS, "one"),
     ):
         said = f"default: {default}" if default else since
         if option == "command-unit":
