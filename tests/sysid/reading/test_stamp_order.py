@@ -57,3 +57,13 @@ def test_a_clock_that_is_set_back_among_uneven_stamps_is_left_as_it_is() -> None
 
 def test_many_samples_out_of_order_are_left_as_they_are() -> None:
     assert find_ordered(np.random.default_rng(3).permutation(EVEN)).all()
+
+
+def test_a_clock_that_was_set_back_among_samples_that_came_twice_is_left_as_it_is() -> None:
+    stamps = np.repeat(EVEN, 3)
+    stamps[6000:] -= 5 * PERIOD_NS
+    assert find_ordered(stamps).all()
+
+
+def test_stamps_that_never_rise_are_left_as_they_are() -> None:
+    assert find_ordered(np.array([*[EVEN[0]] * 50, EVEN[0] - PERIOD_NS])).all()

@@ -57,7 +57,10 @@ def _is_time_lost(stamps_ns: Ints, ordered: Mask) -> bool:
     """
     kept, left_out = np.flatnonzero(ordered), np.flatnonzero(~ordered)
     others = stamps_ns[kept]
-    period_ns = float(np.median(np.diff(others)))
+    steps = np.diff(others)
+    if not np.any(steps):
+        return True
+    period_ns = float(np.median(steps[steps > 0]))  # samples may have come twice
     after = np.searchsorted(others, stamps_ns[left_out])
     sides = others[np.clip([after - 1, after], 0, len(others) - 1)]
     nearest = np.abs(sides - stamps_ns[left_out]).min(axis=0) / period_ns

@@ -6,7 +6,7 @@ import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.measuring.naming import NamedCurve, select_shapes
-from pendulum_sysid.measuring.shapes import Shape
+from pendulum_sysid.measuring.shapes import FittedShape, Shape
 from pendulum_twin.laws.kind import LawKind, Role, Variable
 from pendulum_twin.laws.law import compute_turn
 
@@ -53,15 +53,13 @@ def write_sentence(named: NamedCurve) -> str:
             f"{unit} at {knots[high]:.3g} {kind.along.unit}; {why}."
         )
         return _add_friction(sentence.replace("  ", " ").replace(" 1;", ";"), named)
-    words = named.shape.shape.words.format(**_write_numbers(named), x=_name_step(kind))
+    numbers = _write_numbers(named.shape, kind)
+    words = named.shape.shape.words.format(**numbers, x=_name_step(kind))
     return _add_friction(f"{subject}: it {words}.", named)
 
 
-def _write_numbers(named: NamedCurve) -> dict[str, str]:
-    """Return each parameter of a shape with its interval and unit; a growth is for a step of x."""
-    shape, kind = named.shape, named.curve.kind
-    if shape is None:
-        return {}
+def _write_numbers(shape: FittedShape, kind: LawKind) -> dict[str, str]:
+    """Return each parameter with its interval and unit, as the words of its shape say it."""
     half = decisions.INTERVAL_DEVIATIONS * shape.deviations
     numbers = {}
     for name, value, wide in zip(shape.names, shape.values, half, strict=True):
