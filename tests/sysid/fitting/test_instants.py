@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from support.hidden_physics import INTECO, record_hidden
 
+from pendulum_sysid.finding.judge import compute_distance
 from pendulum_sysid.finding.replication import widen_intervals
 from pendulum_sysid.fitting.fit import fit
 from pendulum_sysid.prepare import Prepared, prepare
@@ -42,6 +43,17 @@ def test_an_instant_is_told_by_the_windows_that_hold_it(inside: bool) -> None:
     assert instant.low <= time_s <= instant.high
     assert (instant.high - instant.low < 0.02) == inside
     assert found[f"{LOAD}.load_kg"].value == pytest.approx(0.1, rel=0.02)
+
+
+@pytest.mark.parametrize(("time_s", "is_told"), [(0.07, False), (10.0, True), (19.95, False)])
+def test_an_instant_next_to_an_end_of_the_recording_tells_no_load(
+    time_s: float, is_told: bool
+) -> None:
+    """There is no motion on its other side: the load would stand for a mass that is wrong."""
+    prepared, theta = prepare_load(time_s)
+    theta[SLOTS[LOAD]] = 0.1, time_s
+    fitted = fit(prepared.case, prepared.split, (LOAD,), theta)
+    assert (compute_distance(fitted, LOAD) > 1.0) == is_told
 
 
 @pytest.mark.parametrize(("seed", "time_s"), [(5, 14.05), (3, 10.7)])
