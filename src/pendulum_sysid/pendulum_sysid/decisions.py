@@ -14,9 +14,9 @@ MISFIT_AT_NOISE = 1.5  # noise; errors up to this misfit are the sensors' noise
 FOLDS = 5  # folds; of cross-validation; Hastie, Tibshirani and Friedman, section 7.10
 LEAD_BLOCKS = 12  # blocks; of time, over which a lead is averaged: errors nearby are alike
 
-# Is a sign wrong?
+# Is a sign wrong, or a command late?
 SIGN_MISFIT_RATIO = 1.2  # ratio; least gain of misfit by a sign that is turned
-SIGN_SURE_RATIO = 2.0  # ratio; ... before any search; nine turned signs gain 2.5 to 112; measured
+FAULT_SURE_RATIO = 2.0  # ratio; sure beforehand; 9 turned signs gain 2.5 to 112; measured
 
 # How widely is the catalogue searched?
 CANDIDATES_REFITTED = 5  # fits; what is hidden ranks fifth at worst (test_propose); measured

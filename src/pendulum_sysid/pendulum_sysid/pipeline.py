@@ -101,7 +101,7 @@ def diagnose_prepared(prepared: Prepared, progress: Progress, began: float) -> V
     case, answer = search_settled(prepared.case, prepared.split, progress)
     prepared = replace(prepared, case=case)
     findings = explain_answer(prepared, answer, progress)
-    verdict = make_verdict(findings, recording, time.monotonic() - began)
+    verdict = make_verdict(findings, case.recording, time.monotonic() - began)
     overlays = draw_overlays(findings.before["held_out"], findings.after["held_out"])
     return replace(
         verdict,

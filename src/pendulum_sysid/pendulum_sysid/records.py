@@ -35,6 +35,7 @@ type FaultKind = Literal[
     "slip",
     "rail_end",
     "other_command",
+    "late_command",
     "other_rate",
 ]
 
@@ -44,8 +45,8 @@ class QualityFinding:
     """Say what is wrong with the data of a recording.
 
     Attributes:
-        kind: spike, gap, jitter, wrap, stale, clipped, slip, rail_end, other_command or
-            other_rate.
+        kind: spike, gap, jitter, wrap, stale, clipped, slip, rail_end, other_command,
+            late_command or other_rate.
         count: how many there are.
         intervals_s: where, in s from the first sample.
         note: what the kind alone does not say, in words; empty for nothing.

@@ -314,6 +314,16 @@ def test_the_velocity_of_one_joint_leaves_the_other_without(file: Path) -> None:
     np.testing.assert_array_equal(raw.pole_velocity, TH)
 
 
+def test_the_command_before_the_positions_of_a_row_acts_from_the_row_before(file: Path) -> None:
+    raw = import_file(file, "t", "u", "x", command_acts="before")
+    np.testing.assert_array_equal(raw.command, [*U[1:], U[-1]])
+
+
+def test_commands_of_another_file_say_when_they_act(file: Path, tmp_path: Path) -> None:
+    sentence = refusal(file, tmp_path / "bag", "t", "u", "x", join=file, command_acts="before")
+    assert "found --join" in sentence
+
+
 def test_matlab_and_numpy_files_are_read(tmp_path: Path) -> None:
     np.savez(tmp_path / "run.npz", t=TIMES - 1e9, u=U, y=np.column_stack([X, TH]), note="mine")
     raw = import_file(tmp_path / "run.npz", "t", "u", "y[1]", "y[2]")

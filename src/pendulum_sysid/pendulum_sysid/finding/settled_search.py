@@ -1,6 +1,7 @@
 """Search with commands at the samples from which they acted, as far as the twin can say.
 
-Where commands are in doubt, the constants alone settle what they can before a search, and what the
+Commands may be late, all by the same time (`late_command`), or it may be in doubt which of two
+samples each came with. The constants alone settle what they can before a search, and what the
 search ends at settles the rest; where that changes a command, the search begins again.
 """
 
@@ -10,11 +11,14 @@ from dataclasses import replace
 
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.journal import Progress, Search, report_nothing
+from pendulum_sysid.finding.late_command import move_late_commands
 from pendulum_sysid.finding.search import Answer, search_effects
 from pendulum_sysid.finding.signs import fit_parameters_alone
 from pendulum_sysid.fitting.acting_commands import settle_by_twin
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.records import Split
+from pendulum_twin.arrays import Floats
+from pendulum_twin.parameter_vector import make_theta
 
 TURNS = 3  # at most: a search after which commands are settled begins again
 SETTLING = "asking from which samples on the commands acted"
@@ -27,17 +31,25 @@ def search_settled(
 
     report: takes a line of progress for a person.
     """
-    if case.recording.doubt is None:
-        return case, search_effects(case, split, report)
     report(SETTLING)
-    quick = Search(replace(case, step_s=decisions.SEARCH_STEP_S), split)
-    case = settle_by_twin(case, fit_parameters_alone(quick).theta)
+    case = move_late_commands(case, split, tuple(case.twin.effects), make_theta(case.twin))
+    if case.recording.doubt is not None:
+        quick = Search(replace(case, step_s=decisions.SEARCH_STEP_S), split)
+        case = settle_by_twin(case, fit_parameters_alone(quick).theta)
     answer = search_effects(case, split, report)
     for _ in range(TURNS):
         report(SETTLING)
-        settled = settle_by_twin(case, answer.best.theta)
+        settled = settle_commands(case, split, answer.best.effects, answer.best.theta)
         if settled is case:
             break
         case = settled
         answer = search_effects(case, split, report)
     return case, answer
+
+
+def settle_commands(case: Case, split: Split, effects: tuple[str, ...], theta: Floats) -> Case:
+    """Return the case with commands where the twin says; the case itself if none changes.
+
+    effects, theta: of the twin, (SIZE,).
+    """
+    return settle_by_twin(move_late_commands(case, split, effects, theta), theta)

@@ -34,7 +34,7 @@ def fit_parameters_alone(search: Search) -> Fit:
             turned.append(fit(case, search.split, (*given, sign), other, HORIZONS[0]))
             search.journal.note(turned[-1], "one sign turned")
     best = min(turned, key=lambda candidate: candidate.choose, default=plain)
-    if best.choose * decisions.SIGN_SURE_RATIO < plain.choose:
+    if best.choose * decisions.FAULT_SURE_RATIO < plain.choose:
         return best
     most = decisions.SIGN_MISFIT_RATIO * plain.choose
     return settle_sign(search, plain, [other for other in turned if other.choose < most])

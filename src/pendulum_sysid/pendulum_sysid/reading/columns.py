@@ -30,6 +30,8 @@ class Columns:
     rate_hz: Hz, of rows without times.
     cart_velocity, pole_velocity: as reported, a length or angle in its unit a second.
     sin, cos: of the angle, in place of pole.
+    command_acts: "after" where the command of a row acts until the next row; "before" where it
+        acted until that row, from the row before.
     join: file that holds the command instead, with times of the same clock.
     join_time: column of its times; None for a column of the same name as time.
     segment: column whose value says which run a row belongs to.
@@ -57,6 +59,7 @@ class Columns:
     angle_unit: str = "rad"
     time_unit: str | None = None
     command_unit: str = "one"
+    command_acts: str = "after"
 
 
 def check_columns(columns: Columns) -> None:
@@ -71,6 +74,11 @@ def check_columns(columns: Columns) -> None:
     if columns.join is None and columns.join_time is not None:
         raise WrongUse(
             "expected --join FILE beside --join-time, found none: name the file with the commands"
+        )
+    if columns.join is not None and columns.command_acts == "before":
+        raise WrongUse(
+            "expected the command's column in the file itself with --command-acts before, found "
+            "--join: its times say when a command acts"
         )
     if refusal := find_clock_refusal(columns.time, columns.rate_hz):
         raise WrongUse(refusal)

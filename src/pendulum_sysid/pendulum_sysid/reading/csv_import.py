@@ -125,6 +125,8 @@ def _read_content(table: Table, columns: Columns) -> Content:
     warnings = table.warnings
     if columns.join is None:
         command = _read_channel(table, columns.command, "--command", chosen)
+        if command is not None and columns.command_acts == "before":
+            command = np.append(command[1:], command[-1])
     else:
         sent_ns, command, doubts = _read_joined(columns, begin_s, int(stamps_ns[-1]))
         warnings = (*warnings, *(f"{columns.join}: {doubt}" for doubt in doubts))

@@ -1,10 +1,11 @@
-"""Say which constants of the twin, as given, the recording contradicts."""
+"""Say which constants of the twin, as given, the recording contradicts, and which times."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from pendulum_sysid import decisions
+from pendulum_sysid.finding.late_command import LATE
 from pendulum_sysid.fitting.parameters import Free, list_rig_parameters
 from pendulum_sysid.records import Estimate
 from pendulum_sysid.telling.outcome import Findings
@@ -15,7 +16,7 @@ CONSTANTS = ("force_per_pwm_n", "cart_viscous_n_s_m", *POLE_CONSTANTS, "pole_vis
 
 
 def describe_contradictions(findings: Findings) -> tuple[str, ...]:
-    """Return a sentence for every constant that the recording contradicts.
+    """Return a sentence for every constant that the recording contradicts, and on late commands.
 
     A constant that is given with a spread is contradicted by a value that lies far outside.
     Without spreads see `find_common_factor`.
@@ -23,6 +24,8 @@ def describe_contradictions(findings: Findings) -> tuple[str, ...]:
     constants = list_rig_parameters(findings.case.twin)
     sentences = [_describe_far(c, findings) for c in constants if np.isfinite(c.spread)]
     sentences.append(_describe_moving_mass(findings))
+    late = [fault.note for fault in findings.case.recording.findings if fault.kind == LATE]
+    sentences += [f"{note[:1].upper()}{note[1:]}." for note in late]
     return tuple(sentence for sentence in sentences if sentence)
 
 

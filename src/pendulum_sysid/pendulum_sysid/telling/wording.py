@@ -136,6 +136,7 @@ QUALITY: dict[FaultKind, str] = {
     "rail_end": "stretches in which the cart stands at an end of the rail; left out",
     "other_rate": "recordings of another sample rate than the first",
     "other_command": "stretches in which the driver sent other commands than were read",
+    "late_command": "samples by which every command stood too late; moved back",
 }
 
 FIT_ROWS: dict[str, tuple[str, str]] = {  # field of FitScores -> words and unit

@@ -33,6 +33,7 @@ def add_import(verbs: Verbs) -> None:
     verb.add_argument("--out", required=True, type=Path, metavar="BAG", help=out)
     _add_columns(verb)
     _add_clock(verb)
+    _add_command_times(verb)
     _add_units(verb)
     _add_changes(verb)
     add_json(verb)
@@ -77,6 +78,17 @@ def _add_clock(verb: argparse.ArgumentParser) -> None:
         type=read_above_zero,
         metavar="HZ",
         help="rows a second, for a file without times",
+    )
+
+
+def _add_command_times(verb: argparse.ArgumentParser) -> None:
+    """Add when the command of a row acts."""
+    verb.add_argument(
+        "--command-acts",
+        choices=("after", "before"),
+        default="after",
+        help="whether the command of a row acts after its positions or acted before them, as a "
+        "log of the last command has it (default: after)",
     )
 
 

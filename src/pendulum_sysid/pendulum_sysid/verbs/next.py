@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 from pendulum_sysid.finding.identifiability import find_ties
 from pendulum_sysid.finding.separation import Tie
-from pendulum_sysid.finding.settled_search import search_settled
+from pendulum_sysid.finding.settled_search import search_settled, settle_commands
 from pendulum_sysid.finding.stages import Stage
-from pendulum_sysid.fitting.acting_commands import settle_by_twin
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit, fit_over_horizon
 from pendulum_sysid.planning.next_experiment import check_seconds, plan_next_experiment
@@ -73,7 +72,7 @@ def _finish(arguments: argparse.Namespace) -> Finished:
     case, windows = prepared.case, prepared.split
     if earlier is not None:
         arguments.progress.report("fitting what the verdict names")
-        case = settle_by_twin(case, make_theta(earlier.twin))
+        case = settle_commands(case, windows, earlier.effects, make_theta(earlier.twin))
         near = fit(case, windows, earlier.effects, make_theta(earlier.twin), HORIZONS[0])
         best = fit_over_horizon(case, windows, near, HORIZONS[-1])
         return Finished(case, windows, best, find_ties(case, windows, best, earlier.rivals))

@@ -45,8 +45,8 @@ EFFECT = Effect(
     constants=("mass_kg", "coupling_kg_m", "inertia_kg_m2"),
     parameters=(
         Parameter("load_kg", "kg", 0.0, -1e3, 1e3, (0.1,)),
-        # An instant next to an end of the recording has no motion on its other side to differ from:
-        # there the load would stand for how the recording begins, and for a mass that is wrong.
+        # An instant next to an end of the recording has no motion on its other side to differ
+        # from: the load would stand for how the recording begins, and for a mass that is wrong.
         Parameter(
             "time_s",
             "s",

@@ -1,0 +1,94 @@
+"""Find commands that a recording holds late: a sample or more after they began to act.
+
+A log that writes down the last command beside new positions holds every command a sample late. A
+twin cannot answer a command before it comes, so that other physics takes the blame. With commands
+at the right samples the same twin fits many times better.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from pendulum_sysid import decisions
+from pendulum_sysid.command_doubt import CommandDoubt
+from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.fit import HORIZONS, fit
+from pendulum_sysid.records import FaultKind, QualityFinding, Recording, Split
+from pendulum_twin.arrays import Floats, Ints
+from pendulum_twin.signals import Signals
+
+LATE: FaultKind = "late_command"
+MOST_SAMPLES = 10  # a command that is later is refused when the recording is read (`causality`)
+
+
+def move_late_commands(case: Case, split: Split, effects: tuple[str, ...], theta: Floats) -> Case:
+    """Return the case with commands where they began to act; the case itself if they stand there.
+
+    effects, theta: of a twin to fit, (SIZE,).
+    """
+    if not (case.twin.rig.has_cart and np.any(case.signals.command)):
+        return case
+    given = best = fit(case, split, effects, theta, HORIZONS[0]).choose
+    if given <= decisions.MISFIT_AT_NOISE:
+        return case
+    late, moved = 0, case
+    while late < MOST_SAMPLES:
+        earlier = replace(case, recording=_move_commands(case.recording, late + 1))
+        misfit = fit(earlier, split, effects, theta, HORIZONS[0]).choose
+        if misfit >= best:
+            break
+        late, moved, best = late + 1, earlier, misfit
+    if best * decisions.FAULT_SURE_RATIO >= given:
+        return case
+    return replace(moved, recording=_say_how_late(moved.recording, late, given / best))
+
+
+def _move_commands(recording: Recording, samples: int) -> Recording:
+    """Return the recording with every command so many samples earlier, the last of a stretch kept.
+
+    No sample of a stretch shows what its last commands do.
+    """
+    signals, doubt = recording.signals, recording.doubt
+    source = _list_sources(signals, samples)
+    moved = replace(
+        signals,
+        command=signals.command[source],
+        parts=None if signals.parts is None else signals.parts[source],
+    )
+    if doubt is not None:
+        doubt = _move_doubt(doubt, source, samples)
+    return replace(recording, signals=moved, doubt=doubt)
+
+
+def _list_sources(signals: Signals, samples: int) -> Ints:
+    """Return from which sample each sample gets its command, (n,)."""
+    source = np.arange(len(signals)) + samples
+    for stretch in signals.stretches:
+        part = source[stretch.start : stretch.stop]
+        np.minimum(part, stretch.stop - 1, out=part)
+    return source
+
+
+def _move_doubt(doubt: CommandDoubt, source: Ints, samples: int) -> CommandDoubt | None:
+    """Return the doubt at the samples to which its commands go; None where none is left."""
+    at = doubt.samples - samples
+    kept = (at >= 0) & (source[np.maximum(at, 0)] == doubt.samples)
+    if not kept.any():
+        return None
+    return CommandDoubt(at[kept], doubt.values[kept], doubt.costs[kept], doubt.chosen[kept])
+
+
+def _say_how_late(recording: Recording, samples: int, gain: float) -> Recording:
+    """Return the recording with the finding that its commands were moved, and what to do."""
+    milliseconds = samples * recording.signals.period_s * 1e3
+    note = (
+        f"every command stood {samples} {'sample' if samples == 1 else 'samples'} "
+        f"({milliseconds:.3g} ms) after it began to act, and was moved back: the twin then fits "
+        f"{gain:.3g} times better. Does a row of the file hold the command before its positions? "
+        "Import the file with --command-acts before, or record commands as they are sent"
+    )
+    return replace(
+        recording, findings=(*recording.findings, QualityFinding(LATE, samples, (), note))
+    )
