@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 from pendulum_sysid.fleet.pooling import Family, Pooled
 from pendulum_sysid.fleet.rows import RIG
@@ -31,11 +32,13 @@ def clip_to_bounds(value: float, bounds: tuple[float, float]) -> float:
 def clip_pooled(pooled: Pooled, bounds: tuple[float, float]) -> Pooled:
     """Return a pooled size whose value and intervals are what the size can be."""
     names = ("value", "low", "high", "expected_low", "expected_high")
-    ends = {name: clip_to_bounds(getattr(pooled, name), bounds) for name in names}
+    ends: dict[str, Any] = {n: clip_to_bounds(getattr(pooled, n), bounds) for n in names}
     return replace(pooled, **ends)
 
 
 def clip_family(family: Family, bounds: tuple[float, float]) -> Family:
     """Return a family whose mean, its interval and rigs are what the size can be."""
-    ends = {n: clip_to_bounds(getattr(family, n), bounds) for n in ("mean", "low", "high")}
+    ends: dict[str, Any] = {
+        n: clip_to_bounds(getattr(family, n), bounds) for n in ("mean", "low", "high")
+    }
     return replace(family, rigs=tuple(clip_pooled(r, bounds) for r in family.rigs), **ends)
