@@ -243,6 +243,25 @@ def test_the_command_goes_on_from_a_verdict(
     assert twice["phases"][:middle] == twice["phases"][middle + 1 :] == once["phases"]
 
 
+def test_the_plan_is_for_what_the_verdict_does_not_know(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A diagnosis widens intervals; a fit of what it names knows nothing of that."""
+    asked = files(tmp_path, DELAY, SLOW)
+    save_twin(DELAY, tmp_path / "twin.yaml")
+    delay = {"delay_s": {"value": 0.01, "low": 0.0, "high": 0.03, "unit": "s"}}
+    missing = [{"effect": "input_delay", "cannot_be_told_from": [], "parameters": delay}]
+    known = {"force_per_pwm_n": {"after": 12.0, "low": None, "high": None}}
+    verdict = {
+        "schema": "pendulum_verdict/1", "outcome": "named", "missing_physics": missing,
+        "rig_parameters": known,
+    }  # fmt: skip
+    (tmp_path / "verdict.json").write_text(json.dumps(verdict))
+    words = ["--verdict", str(tmp_path / "verdict.json"), "--seconds", "12", "--for", "interval"]
+    assert main(["next", *asked, *words]) == 0
+    assert "input_delay.delay_s is known to +-0.02 s" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("text", "wrong"),
     [
