@@ -259,7 +259,8 @@ def _find_correction(
 ) -> Correction:
     """Return what the policy is to correct: the checkpoint's controller, or a designed one.
 
-    Raises BadInputError where no controller can be designed, or the policy cannot be written.
+    Raises BadInputError where no controller can be designed, the policy cannot be written, or
+    the policy to begin with corrects none.
     """
     if options.env != IN_PROCESS or options.rig is not None:
         raise BadInputError(
@@ -271,13 +272,21 @@ def _find_correction(
             f"preset {options.preset}: expected no --onnx: the policy corrects a controller that "
             "runs the twin itself, which is no graph of tensors; policy.zip holds both"
         )
-    if checkpoint is not None:
-        correction = get_correction(load_policy(checkpoint))
-        if correction is not None:
+    origin = checkpoint or options.init
+    if origin is not None:  # before the minute in which a controller is designed
+        correction = get_correction(load_policy(origin, trust=options.trust))
+        if correction is None:
+            raise BadInputError(
+                f"{origin}: expected a policy that corrects a controller, as preset "
+                f"{options.preset} trains it, found one that stands alone: choose the preset "
+                "that it was trained with"
+            )
+        if checkpoint is not None:
             return correction
     twin = load_learnable_twin(options.twin)
     task = Task.make_for_step(options.step_s).allow_commands(twin.rig)
-    _print_progress("designing the controller that the policy corrects ...")
+    if not options.quiet:
+        _print_progress("designing the controller that the policy corrects ...")
     return Correction(design_base(twin, task), preset.correction)
 
 
