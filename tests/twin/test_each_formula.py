@@ -91,6 +91,15 @@ def test_a_drive_that_fades_is_never_turned_round():
     np.testing.assert_allclose(states[:, V], speed, atol=3e-3)
 
 
+def test_a_drive_that_grows_ends_at_ten_times():
+    """A live twin runs for hours after a recording of a minute."""
+    times = 0.01 * np.arange(1200)
+    states = run(SLIDING_CART, np.full(1200, 0.01), {"gain_drift": {"per_s": 1.0}})
+    until, after = np.minimum(times, 9.0), np.maximum(times - 9.0, 0.0)
+    speed = 0.01 * GAIN / MASS * (until + until**2 / 2 + 10.0 * after)
+    np.testing.assert_allclose(states[:, V], speed, rtol=1e-3, atol=3e-3)
+
+
 def test_motor_lag():
     tau, step = 0.05, np.where(T >= 0.1, 0.1, 0.0)
     states = run(SLIDING_CART, step, {"motor_lag": {"time_constant_s": tau}})

@@ -14,6 +14,7 @@ import argparse  # noqa: E402
 import re  # noqa: E402
 import sys  # noqa: E402
 from collections.abc import Callable  # noqa: E402
+from contextlib import suppress  # noqa: E402
 from dataclasses import replace  # noqa: E402
 from pathlib import Path  # noqa: E402
 
@@ -83,6 +84,7 @@ def _train(options: argparse.Namespace) -> int:
     preset = load_preset(options.preset, options.env)
     if options.rig is not None:
         preset = replace(preset, environments=1)
+    options.timesteps = options.timesteps or preset.timesteps
     checkpoint = _prepare_folder(options)
     trained = _find_task(options, checkpoint)
     options.step_s = choose_step_s(options.step_s, trained)
@@ -91,13 +93,21 @@ def _train(options: argparse.Namespace) -> int:
     training, evaluation = make_environments(options, preset, correction, limit)
     try:
         model = _make_model(options, preset, training, checkpoint, correction)
-        result = _learn(options, preset, model, evaluation)
+        is_complete = checkpoint is not None and model.num_timesteps >= options.timesteps
+        result = None if is_complete else _learn(options, preset, model, evaluation)
     finally:
         training.close()
         evaluation.close()
     if options.onnx:
         policy = load_policy(options.out / "policy.zip")
         export(policy, get_task(policy) or Task(), options.out / "policy.onnx")
+    if result is None:
+        steps = f"{model.num_timesteps:,} of {options.timesteps:,} steps"
+        print(
+            f"{options.out / 'policy.zip'}: the training is complete, {steps}: give a larger "
+            "--timesteps to go on"
+        )
+        return 0
     return _report(options, result)
 
 
@@ -129,7 +139,7 @@ def _run_learning(
     result: Result,
 ) -> None:
     out, until, measure_s = options.out, options.until, _make_stopwatch(options.started_s)
-    total, first = options.timesteps or preset.timesteps, model.num_timesteps
+    total, first = options.timesteps, model.num_timesteps
     progress = Progress(total, _ignore if options.quiet else _print_progress)
     if options.rig is not None:
         every, episodes = preset.evaluate_every, RIG_EVALUATION_EPISODES
@@ -181,7 +191,10 @@ def _save(model: BaseAlgorithm, out: Path, result: Result) -> None:
 
 
 def _prepare_folder(options: argparse.Namespace) -> Path | None:
-    """Return the last checkpoint for `--resume`; else make the folder and return None."""
+    """Return the last checkpoint for `--resume`; else try to make the folder and return None.
+
+    The first file makes the folder for good: what is refused until then leaves nothing.
+    """
     out: Path = options.out
     if options.resume:
         checkpoints = {
@@ -198,12 +211,17 @@ def _prepare_folder(options: argparse.Namespace) -> Path | None:
         raise BadInputError(
             f"{out}: expected no training there, found one: give another --out, or --resume"
         )
+    missing = [folder for folder in (out, *out.parents) if not folder.exists()]
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise BadInputError(
             f"{out}: expected a folder to write to, found {error.strerror}: name another"
         ) from error
+    finally:
+        with suppress(OSError):
+            for folder in missing:
+                folder.rmdir()
     return None
 
 
@@ -241,7 +259,8 @@ def _find_correction(
 ) -> Correction:
     """Return what the policy is to correct: the checkpoint's controller, or a designed one.
 
-    Raises BadInputError where no controller can be designed, or the policy cannot be written.
+    Raises BadInputError where no controller can be designed, the policy cannot be written, or
+    the policy to begin with corrects none.
     """
     if options.env != IN_PROCESS or options.rig is not None:
         raise BadInputError(
@@ -253,13 +272,21 @@ def _find_correction(
             f"preset {options.preset}: expected no --onnx: the policy corrects a controller that "
             "runs the twin itself, which is no graph of tensors; policy.zip holds both"
         )
-    if checkpoint is not None:
-        correction = get_correction(load_policy(checkpoint))
-        if correction is not None:
+    origin = checkpoint or options.init
+    if origin is not None:  # before the minute in which a controller is designed
+        correction = get_correction(load_policy(origin, trust=options.trust))
+        if correction is None:
+            raise BadInputError(
+                f"{origin}: expected a policy that corrects a controller, as preset "
+                f"{options.preset} trains it, found one that stands alone: choose the preset "
+                "that it was trained with"
+            )
+        if checkpoint is not None:
             return correction
     twin = load_learnable_twin(options.twin)
     task = Task.make_for_step(options.step_s).allow_commands(twin.rig)
-    _print_progress("designing the controller that the policy corrects ...")
+    if not options.quiet:
+        _print_progress("designing the controller that the policy corrects ...")
     return Correction(design_base(twin, task), preset.correction)
 
 

@@ -242,6 +242,13 @@ def test_both_move_in_numbers_and_pictures(world: World, page: Page) -> None:
     )
 
 
+def test_a_command_is_called_no_pwm_for_it_may_be_in_volts(page: Page) -> None:
+    expect(page.locator("#plots")).to_contain_text("Command applied")
+    expect(page.locator("#rig")).to_contain_text("Command asked for")
+    shown = [page.locator(place).inner_text() for place in ("#plots", "#rig", "#twin")]
+    assert "PWM" not in "".join(shown)
+
+
 def test_health_is_shown_as_text(page: Page) -> None:
     row = page.locator("[data-node='/rig/driver']")
     expect(row).to_have_attribute("data-level", "warn")

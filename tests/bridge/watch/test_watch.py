@@ -108,6 +108,19 @@ def test_an_alarm_stays_until_it_is_cleared_or_learned() -> None:
     )
 
 
+def test_an_alarm_is_named_again_though_the_clock_was_set_back(usual: Watch) -> None:
+    watch, run = deepcopy(usual), drive(KernelRig, make_rig(101), 101, CHANGES[2], CHANGED_S)
+    raised, back_ns = None, 0
+    for number, positions, command in islice(run, round(CHANGED_S * RATE_HZ), None):
+        now_ns = 10**9 + number * 10**7 - back_ns
+        if watch.sample(now_ns, now_ns, positions) is not None:
+            raised, back_ns = number, 20 * 10**9
+        watch.command(command, now_ns + 10**6)
+        if watch._named_again or (raised is not None and number > raised + 1000):
+            break
+    assert watch._named_again and 400 <= number - raised < 600
+
+
 def test_nothing_is_learned_at_rest() -> None:
     watch = Watch(make_twin(make_rig(1), 1), QUICK)
     for k in range(3000):

@@ -4,6 +4,7 @@ import base64
 import json
 import os
 import pickle
+import tempfile
 from pathlib import Path
 from zipfile import ZIP_DEFLATED, ZipFile
 
@@ -61,6 +62,17 @@ def test_a_policy_comes_back_whole(tmp_path: Path, algorithm: str) -> None:
     assert all(torch.equal(tensors[name], again[name]) for name in tensors)
     for observation in np.random.default_rng(1).normal(size=(9, 5)).astype(np.float32):
         assert make_policy(after)(observation) == pytest.approx(make_policy(before)(observation))
+
+
+def test_learning_without_logs_leaves_nothing_in_the_system_s_temporary_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    save_policy(make_trained("ppo"), tmp_path / "policy.zip")
+    env = DummyVecEnv([lambda: gym.make(IN_PROCESS)])
+    load_policy(tmp_path / "policy.zip", env=env).learn(40)
+    assert not list((tmp_path / "temporary").glob("SB3-*"))
 
 
 def test_it_holds_numbers_and_names_alone(tmp_path: Path, learner) -> None:

@@ -89,6 +89,21 @@ def test_a_correction_that_does_not_help_is_not_kept(training: Path) -> None:
     assert np.any(last.predict(np.ones(8, np.float32), deterministic=True)[0])
 
 
+def test_a_policy_that_stands_alone_is_refused_before_a_controller_is_designed(
+    training: Path, tmp_path: Path, capsys, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    alone = tmp_path / "alone.yaml"
+    alone.write_text(SMALL.replace("correction: 1.5, ", ""), encoding="utf-8")
+    words = ["--twin", TWIN, "--quiet", "--out"]
+    assert train.main([*words, str(tmp_path / "first"), "--preset", str(alone)]) == 0
+    monkeypatch.setattr(train, "design_base", lambda *_: pytest.fail("designs a controller"))
+    words = [*words, str(tmp_path / "second"), "--preset", str(training.parent / "small.yaml")]
+    policy = tmp_path / "first" / "policy.zip"
+    assert train.main([*words, "--init", str(policy)]) == 1
+    expected = f"{policy}: expected a policy that corrects a controller"
+    assert expected in capsys.readouterr().err
+
+
 def test_its_file_is_evaluated_and_used_as_a_controller(training: Path, capsys) -> None:
     file = training / "policy.zip"
     assert evaluate.main(["--policy", str(file), "--twin", TWIN, "--episodes", "1", "--json"]) == 0

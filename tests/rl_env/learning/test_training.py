@@ -121,6 +121,14 @@ def test_it_goes_on_from_the_last_checkpoint(tmp_path: Path, how: dict) -> None:
     assert (tmp_path / "run" / "checkpoints" / f"policy_{2 * steps}_steps.zip").is_file()
 
 
+def test_a_complete_training_is_not_gone_on_with(training: Path, capsys) -> None:
+    before = {path: path.read_bytes() for path in training.rglob("*") if path.is_file()}
+    assert run_training(training, "--resume", steps=6000) == 0
+    printed = capsys.readouterr().out
+    assert "is complete, 6,144 of 6,000 steps: give a larger --timesteps to go on" in printed
+    assert before == {path: path.read_bytes() for path in training.rglob("*") if path.is_file()}
+
+
 def test_training_can_begin_with_a_policy(training: Path, tmp_path: Path) -> None:
     assert run_training(tmp_path / "fine", "--init", str(training / "policy.zip"), steps=512) == 0
     assert (
@@ -196,11 +204,7 @@ def test_wrong_input_ends_in_a_sentence(
 ) -> None:
     assert run_training(tmp_path / "run", *more) == 1
     error = capsys.readouterr().err
-    assert (
-        said in error
-        and "Traceback" not in error
-        and not (tmp_path / "run" / "policy.zip").exists()
-    )
+    assert said in error and "Traceback" not in error and not (tmp_path / "run").exists()
 
 
 def test_a_training_is_never_written_over(training: Path, capsys) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pandas as pd
 import pyarrow.fs
 import pytest
-from support.fleet_rows import examine_or_die, write_fleet
+from support.fleet_rows import examine_growing, examine_or_die, write_fleet
 
 from pendulum_sysid.cli import main
 from pendulum_sysid.errors import FileError
@@ -202,6 +202,45 @@ def test_columns_are_read_by_the_table_and_time_themselves(tmp_path: Path) -> No
     assert run(tmp_path, tmp_path / "store", *ALONE) == 0
     (row,) = Store(str(tmp_path / "store")).read_recordings().itertuples()
     assert (row.outcome, row.rig, row.time.timestamp()) == ("fitted", "cart", 5000.0)
+
+
+def test_a_recording_that_is_named_in_several_ways_counts_once(
+    fleet: Path, tmp_path: Path, capsys
+) -> None:
+    """A folder twice, the folder of a bag within it, a link, and another way of writing it."""
+    data = tmp_path / "data"
+    shutil.copytree(fleet / "data" / "rig_0", data / "rig_0")
+    (data / "rig_0" / "linked").symlink_to(data / "rig_0" / "000")
+    (tmp_path / "elsewhere").symlink_to(data / "rig_0" / "004")
+    folders = [data, data, data / ".." / "data", data / "rig_0" / "000", tmp_path / "elsewhere"]
+    words = ["fleet", "run", *map(str, folders), "--twins", str(fleet / "table.yaml")]
+    words += ["--store", str(tmp_path / "store"), "--method", "fit", *ALONE]
+    assert main(words) == 0
+    assert "3 recordings: 0 known, 3 examined" in capsys.readouterr().out
+    assert len(read(tmp_path / "store")) == 3
+
+
+def test_a_recording_that_grows_while_it_is_examined_is_left_to_the_next_run(
+    fleet: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
+) -> None:
+    data = tmp_path / "data"
+    shutil.copytree(fleet / "data" / "rig_0", data / "rig_0")
+    short = next((data / "rig_0" / "000").glob("*.mcap"))
+    whole_bytes = short.read_bytes()
+    short.write_bytes(whole_bytes[: len(whole_bytes) * 9 // 10])
+    words = ["fleet", "run", str(data), "--twins", str(fleet / "table.yaml"), "--store"]
+    words += [str(tmp_path / "store"), "--method", "fit", *ALONE]
+    monkeypatch.setattr(run_module, "examine_recording", examine_growing)
+    assert main(words) == 0
+    printed = capsys.readouterr()
+    assert "000: growing: it is still being written" in printed.err
+    assert "3 examined, 2 of them without an answer" in printed.out
+    assert len(read(tmp_path / "store")) == 2
+    monkeypatch.undo()
+    short.write_bytes(whole_bytes)
+    assert main(words) == 0
+    assert "2 known, 1 examined, 0 of them" in capsys.readouterr().out
+    assert sorted(read(tmp_path / "store")["outcome"]) == ["fitted", "fitted", "unusable"]
 
 
 def test_linked_folders_are_searched_and_a_link_upwards_ends(tmp_path: Path) -> None:

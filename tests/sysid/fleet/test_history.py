@@ -219,3 +219,25 @@ def _copy_later(result: Result) -> Result:
 def test_a_misspelt_rig_is_refused_with_the_rig_that_was_meant(store: Store, capsys) -> None:
     assert main(["fleet", "history", store.address, "--rig", "bench_7"]) == 1
     assert "found --rig bench_7: did you mean bench_07?" in capsys.readouterr().err
+
+
+def test_no_interval_goes_beyond_what_a_size_can_be(tmp_path: Path) -> None:
+    """Three recordings that fix a friction badly: Student's t for two degrees goes far below 0."""
+    store = Store(str(tmp_path / "store"))
+    store.create()
+    friction = "cart_coulomb_friction.level_n"
+    for number, rig in enumerate("abc"):
+        for day, value in enumerate((1e-5, 4e-4, 9e-4)):
+            sizes = {
+                "pole_viscous_n_m_s": (value + 1e-6 * number, 3e-4, "N m s/rad"),
+                "pole_inertia_kg_m2": (4.0 * value, 1e-3, "kg m^2"),
+                friction: (value, 5e-4, "N"),
+            }
+            store.write([make_result(rig, day, sizes)])
+    histories = read_histories(store)
+    for size in [size for history in histories for size in history.sizes]:
+        today = size.today
+        ends = (today.low, today.expected_low, size.next_week[1])
+        assert min(ends) >= 0.0 and today.low < today.value < today.high, size.name
+    for family in compare_rigs(histories).families.values():
+        assert family.low >= 0.0 and min(rig.expected_low for rig in family.rigs) >= 0.0

@@ -102,7 +102,7 @@ def test_a_verdict_without_a_twin_leaves_no_earlier_twin_beside_it(
 ) -> None:
     monkeypatch.setattr(work_module, "render_page", lambda verdict: "a report")
     source = Source("/bench", "r/day", ("r/day/0.mcap",))
-    work = Work(source, "sha256:1", "r", b"", "sha256:0", None, "diagnose", store.address)
+    work = Work(source, "sha256:1", 0, "r", b"", "sha256:0", None, "diagnose", store.address)
     folder = store.name_verdict_folder("r", "sha256:1")
     for twin in (None, INTECO, None):
         work_module._keep_verdict(replace(make_named(), twin=twin), work)

@@ -28,6 +28,7 @@ from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.parameters import Free
 from pendulum_sysid.planning.aims import Narrowing, forget_beliefs
 from pendulum_sysid.planning.next_experiment import plan_next_experiment
+from pendulum_sysid.planning.next_sentences import describe_nothing_to_ask
 from pendulum_sysid.records import Fit, Next, Split
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.errors import BadInputError
@@ -132,6 +133,13 @@ def test_what_no_plan_fixes_is_said_without_a_plan(
     assert planned.plan is None
     assert "no plan of 20 s that the rig allows fixes it" in planned.why
     assert "+-inf" not in planned.why
+
+
+def test_a_constant_that_is_known_very_well_is_not_said_to_be_known_to_0(delayed: Fitted) -> None:
+    best = delayed[2]
+    sure = replace(best.estimates["force_per_pwm_n"], value=10.0, low=9.9997, high=10.0003)
+    known = replace(best, estimates={"force_per_pwm_n": sure})
+    assert "fixes force_per_pwm_n to 0.003% by itself" in describe_nothing_to_ask(known)
 
 
 def test_what_no_motion_parts_is_said_with_what_would(
@@ -241,6 +249,25 @@ def test_the_command_goes_on_from_a_verdict(
     middle = len(once["phases"])
     assert twice["phases"][middle]["kind"] == "rest"
     assert twice["phases"][:middle] == twice["phases"][middle + 1 :] == once["phases"]
+
+
+def test_the_plan_is_for_what_the_verdict_does_not_know(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A diagnosis widens intervals; a fit of what it names knows nothing of that."""
+    asked = files(tmp_path, DELAY, SLOW)
+    save_twin(DELAY, tmp_path / "twin.yaml")
+    delay = {"delay_s": {"value": 0.01, "low": 0.0, "high": 0.03, "unit": "s"}}
+    missing = [{"effect": "input_delay", "cannot_be_told_from": [], "parameters": delay}]
+    known = {"force_per_pwm_n": {"after": 12.0, "low": None, "high": None}}
+    verdict = {
+        "schema": "pendulum_verdict/1", "outcome": "named", "missing_physics": missing,
+        "rig_parameters": known,
+    }  # fmt: skip
+    (tmp_path / "verdict.json").write_text(json.dumps(verdict))
+    words = ["--verdict", str(tmp_path / "verdict.json"), "--seconds", "12", "--for", "interval"]
+    assert main(["next", *asked, *words]) == 0
+    assert "input_delay.delay_s is known to +-0.02 s" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

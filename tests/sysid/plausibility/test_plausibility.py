@@ -78,6 +78,7 @@ def test_a_fault_of_the_import_ends_as_unusable_with_the_option_that_mends_it(
     assert verdict.outcome is Outcome.UNUSABLE
     assert found in verdict.sentence
     assert advice in verdict.sentence
+    assert ("in volts" in verdict.sentence) == (name in ("percent", "per mille"))
     assert lines == [Stage.PREPARING]  # nothing was searched
 
 

@@ -401,8 +401,28 @@ def test_a_missing_topic_is_refused_with_those_that_are_there(tmp_path: Path) ->
     path = write(tmp_path / "bag", both(10))
     sentence = refusal(path, "/twin/joint_states")
     assert "expected the topic /twin/joint_states, found /rig/joint_states, /rig/pwm" in sentence
-    assert "--state-topic" in sentence
-    assert "--command-topic" in refusal(path, "/rig/joint_states", "/twin/pwm")
+    assert sentence.endswith(": give --state-topic /rig/joint_states")
+    sentence = refusal(path, "/rig/joint_states", "/twin/pwm")
+    assert sentence.endswith(": give --command-topic /rig/pwm")
+
+
+def test_a_missing_command_is_refused_with_the_topics_that_hold_commands(tmp_path: Path) -> None:
+    """Those that hold messages; as of a recording of the driver's topics alone."""
+    topics = {
+        "/rig/joint_states": (JOINT_STATE, states()),
+        "/rig/applied_pwm": (FLOAT64, commands()),
+        "/rig/pwm": (FLOAT64, []),
+    }
+    quiet = write(tmp_path / "quiet", topics)
+    assert refusal(quiet).endswith(
+        "found none: record again, or give --command-topic /rig/applied_pwm"
+    )
+    del topics["/rig/pwm"]
+    alone = write(tmp_path / "alone", topics)
+    assert refusal(alone).endswith("/rig/joint_states: give --command-topic /rig/applied_pwm")
+    more = topics | {f"/motor_{k}": (FLOAT64, commands()) for k in range(2)}
+    sentence = refusal(write(tmp_path / "more", more))
+    assert sentence.endswith("give --command-topic /motor_0 or /motor_1 or /rig/applied_pwm")
 
 
 def test_a_topic_of_another_type_is_refused(tmp_path: Path) -> None:
@@ -431,7 +451,10 @@ def test_messages_without_our_joints_are_refused(tmp_path: Path) -> None:
 
 def test_a_cart_without_commands_is_refused(tmp_path: Path) -> None:
     path = write(tmp_path / "bag", {"/rig/joint_states": (JOINT_STATE, states())})
-    assert "expected the topic /rig/pwm, found /rig/joint_states" in refusal(path)
+    assert refusal(path) == (
+        "expected the topic /rig/pwm, found /rig/joint_states: record again, for no other topic "
+        "holds std_msgs/msg/Float64"
+    )
 
 
 def test_one_message_is_refused(tmp_path: Path) -> None:

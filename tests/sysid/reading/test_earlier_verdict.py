@@ -1,6 +1,8 @@
 """An earlier diagnosis is read back, or refused in words of a verdict."""
 
 import json
+import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -8,6 +10,7 @@ from support.made_recordings import INTECO
 
 from pendulum_sysid.errors import FileError, WrongUse
 from pendulum_sysid.reading.earlier_verdict import check_recordings, read_verdict
+from pendulum_twin.laws.law import Law
 from pendulum_twin.model import save_twin
 
 
@@ -23,6 +26,35 @@ def write(folder: Path, **changes: object) -> Path:
 def test_the_rivals_of_each_effect_are_read(tmp_path: Path) -> None:
     earlier = read_verdict(write(tmp_path))
     assert earlier.rivals == {"motor_lag": ("input_delay",)} and earlier.twin == INTECO
+
+
+def test_the_intervals_of_all_parameters_are_read(tmp_path: Path) -> None:
+    lag = {"time_constant_s": {"value": 0.04, "low": 0.03, "high": 0.05, "unit": "s"}}
+    missing = [{"effect": "motor_lag", "cannot_be_told_from": [], "parameters": lag}]
+    tilt = {"angle_rad": {"value": 0.01, "low": None, "high": 0.02, "unit": "rad"}}
+    path = write(
+        tmp_path,
+        missing_physics=missing,
+        perhaps=[{"effect": "rail_tilt", "parameters": tilt}, 3],
+        rig_parameters={"cart_viscous_n_s_m": {"after": 0.5, "low": 0.4, "high": 0.6}, "odd": 3},
+        effect_parameters={"input_delay.delay_s": {"low": 0.001, "high": 0.002}},
+    )
+    intervals = read_verdict(path).intervals
+    assert intervals["motor_lag.time_constant_s"] == (0.03, 0.05)
+    assert intervals["rail_tilt.angle_rad"] == pytest.approx((math.nan, 0.02), nan_ok=True)
+    assert intervals["cart_viscous_n_s_m"] == (0.4, 0.6)
+    assert intervals["input_delay.delay_s"] == (0.001, 0.002)
+
+
+def test_a_tie_is_that_of_twins_without_laws(tmp_path: Path) -> None:
+    law = Law((0.0, 0.5, 1.0), (0.0, 0.1, 0.2))
+    path = write(tmp_path)
+    save_twin(
+        replace(INTECO, measured_laws={"cart_force_by_position": law}), tmp_path / "twin.yaml"
+    )
+    assert read_verdict(path).twin.measured_laws
+    path.write_text(path.read_text().replace('"named"', '"ambiguous"'))
+    assert not read_verdict(path).twin.measured_laws
 
 
 def test_a_verdict_of_other_recordings_is_refused(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ from support.hidden_physics import HIDDEN, INTECO, record_hidden
 
 from pendulum_sysid import decisions
 from pendulum_sysid.studies.ablation import trial_verdict
+from pendulum_sysid.studies.ablation.__main__ import main as ablation
 from pendulum_sysid.studies.ablation.decision_list import Decision, Value, list_decisions
 from pendulum_sysid.studies.ablation.memory import Memory
 from pendulum_sysid.studies.ablation.table import list_idle, render_table
@@ -17,6 +18,7 @@ from pendulum_sysid.studies.ablation.variation import (
     replace_decision,
     vary_decisions,
 )
+from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import save_twin
 
 
@@ -85,7 +87,8 @@ def test_a_trial_s_verdicts_are_kept_and_not_tried_twice(
     monkeypatch.setattr(trial_verdict, "read_bag", lambda folder: None)
     monkeypatch.setattr(trial_verdict, "clean_recording", lambda raw: recording)
     folder, kept = tmp_path / "trial_0000", tmp_path / "kept.jsonl"
-    folder.mkdir()
+    (folder / "bag").mkdir(parents=True)
+    (folder / "bag" / "bag.mcap").write_text("a recording")
     save_twin(INTECO, folder / "twin.yaml")
     wanted = ("LEAD_MISFIT_RATIO", "LONGEST_FILL", "CHECK_SHAPES")
     chosen = [decision for decision in list_decisions() if decision.name in wanted]
@@ -96,6 +99,17 @@ def test_a_trial_s_verdicts_are_kept_and_not_tried_twice(
     assert {t.decision for t in tried if not t.read} == {"LONGEST_FILL"}
     vary_decisions(folder, chosen, kept)
     assert read_tried(kept) == tried
+    (folder / "bag" / "bag.mcap").write_text("another recording of this name")
+    with pytest.raises(BadInputError, match="tries of another recording or twin"):
+        vary_decisions(folder, chosen, kept)
+    kept.write_text("".join(line.split(', "digest"')[0] + "}\n" for line in kept.open()))
+    vary_decisions(folder, chosen, kept)  # of a file that does not say
+
+
+def test_a_folder_without_trials_is_refused_in_a_sentence(tmp_path: Path, capsys) -> None:
+    words = ["--trials", str(tmp_path), "--out", str(tmp_path / "page.md"), "--numbers", "1"]
+    assert ablation(["--kept", str(tmp_path / "kept.jsonl"), "--processes", "1", *words]) == 1
+    assert "trial_0001: expected a trial with its recording" in capsys.readouterr().err
 
 
 def test_the_table_counts_the_verdicts_that_change() -> None:

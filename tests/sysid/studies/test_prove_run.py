@@ -272,6 +272,25 @@ def test_a_plan_may_grow_but_not_change(tmp_path: Path) -> None:
         claim_folder(Plan(2, 1), tmp_path)
 
 
+def test_a_twin_is_known_by_its_content_and_not_by_its_path(tmp_path: Path) -> None:
+    twin, copy, folder = (tmp_path / name for name in ("twin.yaml", "copy.yaml", "proof"))
+    twin.write_text("a twin")
+    copy.write_text("a twin")
+    claim_folder(Plan(2, 1, twin=str(twin)), folder)
+    claim_folder(Plan(2, 1, twin=str(copy)), folder)
+    twin.write_text("another twin")
+    with pytest.raises(BadInputError, match=r"copy.yaml\), found another content in .*twin.yaml"):
+        claim_folder(Plan(2, 1, twin=str(twin)), folder)
+    with pytest.raises(BadInputError, match="found twin = None"):
+        claim_folder(Plan(2, 1), folder)
+    plan = json.loads((folder / "plan.json").read_text())
+    del plan["twin_digest"]  # of an earlier version, which kept the path alone
+    (folder / "plan.json").write_text(json.dumps(plan))
+    with pytest.raises(BadInputError, match="found twin ="):
+        claim_folder(Plan(2, 1, twin=str(twin)), folder)
+    claim_folder(Plan(2, 1, twin=str(copy)), folder)
+
+
 def test_every_rival_says_what_it_is() -> None:
     assert len({rival.name for rival in RIVALS}) == len(RIVALS) == 3
     assert all(rival.sentence for rival in RIVALS)

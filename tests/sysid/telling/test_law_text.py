@@ -1,6 +1,7 @@
 """A measured law in words: every number with its unit."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -39,6 +40,13 @@ def test_ratios_over_ratios_have_no_unit() -> None:
         "[1.8, 2.2] for each unit."
     )
     assert list_units(line, BY_NAME["command_curve"]) == {"offset": "1", "slope": "1"}
+
+
+def test_a_drag_adds_to_the_twin_s_constant_and_says_so() -> None:
+    for law in ("cart_drag_along_rail", "pole_drag_by_angle"):
+        named = make_named(SHAPES[0], law)
+        for sentence in (write_sentence(named), write_sentence(replace(named, shape=None))):
+            assert "beyond its constant depends on the" in sentence
 
 
 def test_units_of_parameters_are_those_of_the_formula() -> None:

@@ -45,5 +45,6 @@ def test_the_other_words_are_those_of_closed_sets() -> None:
 
 
 def test_a_product_has_the_words_of_its_factors_and_no_unit() -> None:
+    assert wording.name_variable("command") == ("command", "")  # volts, on some rigs
     assert wording.name_variable("pole_rate") == ("pole rate", "rad/s")
     assert wording.name_variable("cart_velocity*time") == ("cart velocity × time", "")

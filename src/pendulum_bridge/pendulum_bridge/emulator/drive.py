@@ -10,7 +10,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Mapping
 
-LEAST_GAIN = 0.1  # of the first, that a drive keeps which fades
+LEAST_GAIN, MOST_GAIN = 0.1, 10.0  # of the first: where a drive ends that fades, or grows
 MOTOR_SHARE = 0.1  # of the moved mass: the motor's own mass, seen at the belt
 
 Stage = Callable[[float], float]
@@ -75,15 +75,17 @@ def make_asymmetry(step_s: float, ratio: float) -> Stage:
 def make_drift(step_s: float, per_s: float) -> Stage:
     """Return a stage whose gain changes by per_s of its first value every second.
 
-    A rig that runs for long keeps LEAST_GAIN of it.
+    A rig that runs for long ends at LEAST_GAIN or MOST_GAIN of it.
     """
     steps = 0
 
     def stage(u: float) -> float:
         nonlocal steps
         steps += 1
-        faded = per_s * (steps - 0.5) * step_s < LEAST_GAIN - 1
-        return u * LEAST_GAIN if faded else u + u * per_s * (steps - 0.5) * step_s
+        gain = 1.0 + per_s * (steps - 0.5) * step_s
+        if LEAST_GAIN < gain < MOST_GAIN:
+            return u + u * per_s * (steps - 0.5) * step_s
+        return u * min(max(gain, LEAST_GAIN), MOST_GAIN)
 
     return stage
 

@@ -117,7 +117,7 @@ class Watch:
         """Forget the alarm and what led to it; what is usual stays."""
         self.alarm: Alarm | None = None
         self._waited = 0  # windows beyond the threshold
-        self._named_again = False
+        self._raised_slot, self._named_again = 0, False
         self._windows: deque[tuple[History, float]] = deque(maxlen=KEPT_WINDOWS)
         self._slips.clear()
         self._strangeness.clear()
@@ -191,8 +191,9 @@ class Watch:
         slip = self._slips.look(reading, window)
         now_ns = reading.end_ns
         if self.alarm is not None:
-            self._name_again(self.alarm, baseline, now_ns)
+            self._name_again(self.alarm, baseline, reading)
             return None
+        self._raised_slot = reading.slot
         if slip is not None and slip.leader.ratio > self._threshold:
             self.alarm = make_slip_alarm(slip, self._estimate_begin_ns(1, now_ns), now_ns)
             self._named_again = True
@@ -227,11 +228,14 @@ class Watch:
                 now_ns,
             )
 
-    def _name_again(self, alarm: Alarm, baseline: Baseline, now_ns: int) -> None:
-        if self._named_again or (now_ns - alarm.raised_ns) * 1e-9 < RENAME_AFTER_S:
+    def _name_again(self, alarm: Alarm, baseline: Baseline, reading: Reading) -> None:
+        """Name the alarm anew, once; slots count the time, for stamps may be set back."""
+        slots = reading.slot - self._raised_slot
+        if self._named_again or slots * self._hop_s / self._hop < RENAME_AFTER_S:
             return
         self._named_again = True
-        again, _ = self._name(self._evidence.leaders(), baseline, now_ns, alarm.raised_ns)
+        leaders = self._evidence.leaders()
+        again, _ = self._name(leaders, baseline, reading.end_ns, alarm.raised_ns)
         if (again.explained, again.confidence) >= (alarm.explained, alarm.confidence):
             self.alarm = replace(again, since_ns=alarm.since_ns)
 

@@ -7,6 +7,7 @@ import inspect
 from sb3_contrib import TQC, CrossQ
 from stable_baselines3 import DQN, PPO, SAC
 from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.logger import Logger
 
 ALGORITHMS: dict[str, type[BaseAlgorithm]] = {
     "ppo": PPO,
@@ -27,6 +28,11 @@ SET_BY_LEARNER = {
     "verbose",
     "self",
 }
+
+
+def discard_log(model: BaseAlgorithm) -> None:
+    """Let a learner log nowhere; by itself it would leave an empty folder in the system's."""
+    model.set_logger(Logger(folder=None, output_formats=[]))
 
 
 def list_settings(algorithm: str) -> set[str]:

@@ -12,7 +12,7 @@ from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
 from pendulum_rl_env.correction import Correction
-from pendulum_rl_env.learning.algorithms import ALGORITHMS
+from pendulum_rl_env.learning.algorithms import ALGORITHMS, discard_log
 from pendulum_rl_env.learning.correcting_policy import CorrectingPolicy
 from pendulum_rl_env.learning.preset import Preset
 from pendulum_twin.errors import BadInputError
@@ -42,7 +42,7 @@ def make_learner(
     if correction is not None:
         policy, policy_settings["correction"] = CorrectingPolicy, correction
     try:
-        return ALGORITHMS[preset.algorithm](
+        learner = ALGORITHMS[preset.algorithm](
             policy,
             env,
             learning_rate=_make_falling_rate(rate) if preset.falling else rate,
@@ -56,6 +56,9 @@ def make_learner(
         raise BadInputError(
             f"{preset.algorithm}: expected settings that it can learn with here, found: {error}"
         ) from error
+    if logs is None:
+        discard_log(learner)
+    return learner
 
 
 def as_off_policy(model: BaseAlgorithm) -> OffPolicyAlgorithm | None:

@@ -16,7 +16,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv
 
 from pendulum_rl_env.correction import CorrectedEnv, Correction, Corrector
-from pendulum_rl_env.learning.algorithms import ALGORITHMS, list_settings
+from pendulum_rl_env.learning.algorithms import ALGORITHMS, discard_log, list_settings
 from pendulum_rl_env.learning.correcting_policy import CorrectingPolicy
 from pendulum_rl_env.learning.policy_file import (
     UNREADABLE,
@@ -99,15 +99,19 @@ def load_policy(
     if not file.is_file():
         raise BadInputError(f"{path}: expected a policy that `train` has written, found no file")
     content = read_policy_file(file)
-    if content is not None:
-        return _build_learner(content, file, env, settings)
-    if not trust:
+    if content is None and not trust:
         raise BadInputError(
             f"{path}: expected a policy that `train` has written, found a file of "
             "stable-baselines3, which may run any code when it is read: give --trust if you "
             "trust its maker"
         )
-    return _load_foreign(file, env, settings)
+    model = (
+        _load_foreign(file, env, settings)
+        if content is None
+        else _build_learner(content, file, env, settings)
+    )
+    discard_log(model)
+    return model
 
 
 def _build_learner(

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.stats import t as student
 
 from pendulum_sysid import decisions
+from pendulum_sysid.fleet.bounds import clip_family, clip_pooled, clip_to_bounds, get_bounds
 from pendulum_sysid.fleet.history import PRESENCE, History, Size
 from pendulum_sysid.fleet.pooling import Family, pool_estimates, pool_family
 from pendulum_sysid.fleet.rows import RIG
@@ -80,7 +81,9 @@ def compare_rigs(histories: Sequence[History]) -> Comparison:
     questions = sum(len(group) for group in large.values())
     families, unlike = {}, []
     for name, group in large.items():
-        families[name] = pool_family([get_recent(size) for _, size in group])
+        first = group[0][1]
+        family = pool_family([get_recent(size) for _, size in group])
+        families[name] = clip_family(family, get_bounds(first.owner, first.parameter))
         unlike += _find_unlike(name, group, questions)
     return Comparison(
         families,
@@ -106,6 +109,7 @@ def _find_unlike(name: str, group: Sequence[tuple[str, Size]], questions: int) -
     values = np.array([size.today.value for _, size in group])
     errors = np.array([size.today.error for _, size in group])
     unlike = []
+    bounds = get_bounds(group[0][1].owner, group[0][1].parameter)
     for k, (rig, size) in enumerate(group):
         others = np.arange(len(group)) != k
         usual = pool_estimates(values[others], errors[others])
@@ -115,12 +119,8 @@ def _find_unlike(name: str, group: Sequence[tuple[str, Size]], questions: int) -
         chance = float(min(1.0, 2.0 * student.sf(away, degrees) * questions))
         if chance < decisions.FALSE_UNLIKE_SHARE:
             half = scale * float(student.isf(0.025, degrees))
-            unlike.append(
-                Unlike(
-                    rig, name, size.unit, float(values[k]), usual.value - half,
-                    usual.value + half, chance,
-                )
-            )  # fmt: skip
+            low, high = (clip_to_bounds(usual.value + side * half, bounds) for side in (-1.0, 1.0))
+            unlike.append(Unlike(rig, name, size.unit, float(values[k]), low, high, chance))
     return unlike
 
 
@@ -145,6 +145,7 @@ def _list_shared(histories: Sequence[History]) -> list[Shared]:
                     np.array([s.today.value for s in group]),
                     np.array([s.today.error for s in group]),
                 )
+                pooled = clip_pooled(pooled, get_bounds(effect, parameter))
                 parameters[parameter] = (pooled.value, pooled.low, pooled.high, group[0].unit)
             shared.append(Shared(effect, rigs, len(histories), parameters))
     return shared

@@ -11,6 +11,7 @@ import pandas as pd
 
 from pendulum_sysid import decisions
 from pendulum_sysid.errors import FileError
+from pendulum_sysid.fleet.bounds import clip_pooled, clip_to_bounds, get_bounds
 from pendulum_sysid.fleet.changes import Change, Course, Piece, find_changes
 from pendulum_sysid.fleet.pooling import Pooled, pool_estimates
 from pendulum_sysid.fleet.rows import RIG, UNANSWERED, UNLIKE_RIG
@@ -195,7 +196,10 @@ def _make_size(owner: str, parameter: str, unit: str, rows: pd.DataFrame, questi
         today = _read_drift(last, times[-1], course.spread, today.count)
     else:
         expected = (today.value, today.expected_low, today.expected_high)
-    return Size(owner, parameter, unit, rows, course, today, expected)
+    bounds = get_bounds(owner, parameter)
+    value, low, high = (clip_to_bounds(end, bounds) for end in expected)
+    today = clip_pooled(today, bounds)
+    return Size(owner, parameter, unit, rows, course, today, (value, low, high))
 
 
 def _read_drift(piece: Piece, time_s: float, spread: float, count: int) -> Pooled:

@@ -6,7 +6,7 @@ import hashlib
 import os
 import tempfile
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path, PurePosixPath
@@ -40,7 +40,12 @@ class Source:
     @property
     def path(self) -> str:
         """Return the address of the recording."""
-        return f"{self.folder.rstrip('/')}/{self.name}"
+        return f"{self.folder.rstrip('/')}/{self.name}".removesuffix("/.")
+
+    @property
+    def location(self) -> str:
+        """Return the path without links on a disk of this machine, elsewhere the address."""
+        return os.path.realpath(self.path) if Place(self.folder).is_local else self.path
 
     @property
     def is_table(self) -> bool:
@@ -75,15 +80,29 @@ def find_sources(folder: str) -> list[Source]:
 def assign_rigs(
     sources: Sequence[Source], rigs: tuple[RigEntry, ...]
 ) -> tuple[list[tuple[Source, RigEntry]], list[Source]]:
-    """Return the recordings with their rigs, and those that no rig of the table claims."""
-    pairs, strays = [], []
+    """Return the recordings with their rigs, and those that no rig of the table claims.
+
+    A recording that is there by several ways (folders within each other, links) comes once a rig.
+    """
+    pairs: dict[tuple[str, str], tuple[Source, RigEntry]] = {}
+    strays: dict[str, Source] = {}
     for source in sources:
         rig = find_rig(rigs, source.path)
         if rig is None or (source.is_table and rig.columns is None):
-            strays.append(source)
+            strays.setdefault(source.location, source)
         else:
-            pairs.append((source, rig))
-    return pairs, strays
+            pairs.setdefault((source.location, rig.name), (source, rig))
+    claimed = {location for location, _ in pairs}
+    return list(pairs.values()), [s for where, s in strays.items() if where not in claimed]
+
+
+def measure_size(source: Source) -> int:
+    """Return the bytes of a recording's files; one that is not there counts as none."""
+    place, total = Place(source.folder), 0
+    for name in source.files:
+        with suppress(OSError):  # whoever reads the recording says what is wrong with it
+            total += int(place.fs.size(place.locate(name)) or 0)
+    return total
 
 
 def compute_source_digest(source: Source) -> str:

@@ -13,6 +13,9 @@ from pendulum_sysid.records import Outcome
 # Outcomes beside those of a diagnosis; a recording that is unlike its rig may be of another rig.
 PUT_ASIDE, FAILED, UNLIKE_RIG = "put_aside", "failed", "unlike_rig"
 UNANSWERED = (PUT_ASIDE, FAILED, UNLIKE_RIG, Outcome.UNUSABLE.value)
+# Of a recording whose files grew while it was examined. The store never holds it: the whole
+# recording has another digest, and would stand beside its own beginning.
+GROWING = "growing"
 RIG = "rig"  # owner of the rig's constants
 
 

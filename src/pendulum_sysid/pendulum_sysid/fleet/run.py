@@ -14,8 +14,9 @@ from pendulum_sysid.fleet.recordings import (
     assign_rigs,
     compute_source_digest,
     find_sources,
+    measure_size,
 )
-from pendulum_sysid.fleet.rows import UNANSWERED, Result
+from pendulum_sysid.fleet.rows import GROWING, UNANSWERED, Result
 from pendulum_sysid.fleet.store import Key, Store
 from pendulum_sysid.fleet.table import RigEntry, read_table
 from pendulum_sysid.fleet.warm_up import compile_kernels
@@ -109,6 +110,7 @@ def _list_work(
     """
     done, version = store.list_done(), get_version()
     for source, rig in pairs:
+        size_bytes = measure_size(source)
         digest = compute_source_digest(source)
         key: Key = (rig.name, digest, version, rig.twin_digest, method)
         if key in done:
@@ -118,6 +120,7 @@ def _list_work(
         yield Work(
             source=source,
             digest=digest,
+            size_bytes=size_bytes,
             rig=rig.name,
             twin=twins[rig.name],
             twin_digest=rig.twin_digest,
@@ -188,10 +191,11 @@ def _collect(
     try:
         for ending in endings:
             result = _settle(ending)
-            batch.append(result)
             tally.done += 1
             row = result.recording
-            if row.outcome in UNANSWERED:
+            if row.outcome != GROWING:
+                batch.append(result)
+            if row.outcome in (GROWING, *UNANSWERED):
                 tally.unanswered += 1
                 progress(f"{row.path}: {row.outcome}: {row.sentence}")
             now_s = time.monotonic()

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from pendulum_sysid.errors import FileError
 from pendulum_sysid.fleet.comparison import list_effects
-from pendulum_sysid.fleet.history import PRESENCE, History, Size
+from pendulum_sysid.fleet.history import PRESENCE, History
 from pendulum_sysid.fleet.pooling import Pooled
 from pendulum_sysid.fleet.rows import RIG
 from pendulum_sysid.fleet.store import Store
@@ -48,7 +48,7 @@ def make_twin_of_today(store: Store, history: History) -> tuple[Twin, dict[str, 
         if size.parameter == PRESENCE or (size.owner != RIG and size.owner not in kept):
             continue
         used[size.name] = size.today
-        value = limit_value(size)
+        value = size.today.value
         if size.owner == RIG:
             constants[size.parameter] = value
         else:
@@ -74,12 +74,3 @@ def _check_known(store: Store, names: Sequence[str]) -> None:
             f"{store.address}: expected effects of the catalogue or of your own, found "
             f"{', '.join(unknown)}: give --effects FOLDER as the run did"
         )
-
-
-def limit_value(size: Size) -> float:
-    """Return the value of today within its bounds."""
-    value = size.today.value
-    if size.owner == RIG:
-        return max(value, 0.0)
-    parameter = next(p for p in BY_NAME[size.owner].parameters if p.name == size.parameter)
-    return min(max(value, parameter.low), parameter.high)

@@ -16,9 +16,10 @@ from pendulum_sysid.cleaning.clean import clean_recording
 from pendulum_sysid.fitting.fit import fit_own_parameters
 from pendulum_sysid.fitting.parameters import list_free_parameters
 from pendulum_sysid.fitting.window_runs import run_windows
-from pendulum_sysid.fleet.recordings import Source, fetch, read_beginning
+from pendulum_sysid.fleet.recordings import Source, fetch, measure_size, read_beginning
 from pendulum_sysid.fleet.rows import (
     FAILED,
+    GROWING,
     PUT_ASIDE,
     RIG,
     UNLIKE_RIG,
@@ -40,6 +41,7 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, load_twin, save_twin
 
 FITTED = "fitted"
+STILL_WRITTEN = "it is still being written: run the same command again when it is whole"
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,7 @@ class Work:
 
     source: where the recording is.
     digest: of its files.
+    size_bytes: of its files, when the digest was taken.
     rig: whose it is.
     twin: content of the twin file to start from.
     twin_digest: of that file.
@@ -59,6 +62,7 @@ class Work:
 
     source: Source
     digest: str
+    size_bytes: int
     rig: str
     twin: bytes
     twin_digest: str
@@ -90,7 +94,13 @@ def examine_recording(work: Work) -> Result:
         row = replace(row, outcome=Outcome.UNUSABLE.value, sentence=str(refusal))
     except Exception as crash:  # a finding about the diagnosis, not the end of the run
         row = replace(row, sentence=f"internal error ({type(crash).__name__}: {crash})")
+    if _is_growing(work):
+        return Result(make_row(work, GROWING, STILL_WRITTEN))
     return Result(replace(row, cpu_s=time.process_time() - began), sizes)
+
+
+def _is_growing(work: Work) -> bool:
+    return measure_size(work.source) != work.size_bytes
 
 
 def _add_losses(row: RecordingRow, recording: Recording) -> RecordingRow:
@@ -150,7 +160,7 @@ def _diagnose(
     row: RecordingRow, recording: Recording, work: Work
 ) -> tuple[RecordingRow, tuple[SizeRow, ...]]:
     verdict = diagnose([recording], _load_twin(work.twin), _discard)
-    if work.store:
+    if work.store and not _is_growing(work):
         _keep_verdict(verdict, work)
     return fill_row(row, verdict), list_sizes(row, verdict)
 

@@ -82,7 +82,7 @@ def describe_unfixed(subject: str, seconds: float) -> str:
 def describe_nothing_to_ask(best: Fit) -> str:
     """Return the sentence on a recording that leaves nothing to ask, with what it fixes."""
     fixed = [
-        f"{name} to {max(e.high - e.value, e.value - e.low) / abs(e.value):.2%}"
+        f"{name} to {100.0 * max(e.high - e.value, e.value - e.low) / abs(e.value):.2g}%"
         for name, e in best.estimates.items()
         if e.identifiable and e.value and not _is_shape(name)
     ]

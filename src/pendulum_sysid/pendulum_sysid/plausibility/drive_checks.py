@@ -20,6 +20,8 @@ from pendulum_sysid.plausibility.units import (
 from pendulum_twin.parameter_vector import FORCE_PER_PWM, MASS, make_theta
 from pendulum_twin.signals import Signals
 
+IN_VOLTS = "or, if it is in volts, give pwm_limit and force_per_pwm_n of the twin file in volts"
+
 
 def check_cart_range(case: Case, balance: PoleBalance, gain: float) -> Check | None:
     """Ask whether the cart stays on the twin's rail."""
@@ -72,7 +74,7 @@ def check_command_range(case: Case, gain: float) -> Check | None:
     option = pick_unit(ratio, units)
     advice = "check the column of --command, and pwm_limit and force_per_pwm_n of the twin file"
     if option is not None:
-        advice = advise_option(option)
+        advice = advise_option(option, IN_VOLTS)
     certain = most > decisions.COMMAND_CERTAIN * limit and ratio > decisions.COMMAND_CERTAIN
     answer = Answer.NO if certain else Answer.DOUBT
     return Check(question, answer, expected, observed, advice)

@@ -11,6 +11,8 @@ from pendulum_sysid.reading.unpacking import MOST_MESSAGE_BYTES
 
 MOST_KEPT_BYTES = 1 << 30  # 7 million joint states: two hours at 1 kHz
 
+MOST_SUGGESTED = 4  # topics
+
 
 @dataclass
 class Contents:
@@ -68,17 +70,31 @@ class Contents:
         if topic not in self.types:
             there = ", ".join(sorted(self.types)) or "no topics at all"
             raise WrongUse(
-                f"expected the topic {topic}, found {there}: name the right one with {option}"
+                f"expected the topic {topic}, found {there}: "
+                f"{self._suggest_topic(topic, kind, option)}"
             )
         if self.types[topic] != kind:
             raise WrongUse(
-                f"expected {kind} on {topic}, found {self.types[topic]}: name the right topic "
-                f"with {option}"
+                f"expected {kind} on {topic}, found {self.types[topic]}: "
+                f"{self._suggest_topic(topic, kind, option)}"
             )
         messages = self.messages.get(topic, [])
         if not messages and needed:
             raise UnusableRecording(
                 f"expected messages on {topic}, found none"
-                f"{suggest_more(not self.whole, 'record again')}, or name another with {option}"
+                f"{suggest_more(not self.whole, 'record again')}, or "
+                f"{self._suggest_topic(topic, kind, option)}"
             )
         return messages
+
+    def _suggest_topic(self, topic: str, kind: str, option: str) -> str:
+        """Return what to do where a topic does not serve: which others hold such messages."""
+        others = [
+            other
+            for other, its_kind in sorted(self.types.items())
+            if its_kind == kind and other != topic and self.counted.get(other, 1)
+        ]
+        if not others:
+            return f"record again, for no other topic holds {kind}"
+        more = "" if len(others) <= MOST_SUGGESTED else " or another of these messages"
+        return f"give {option} {' or '.join(others[:MOST_SUGGESTED])}{more}"

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from reprlib import repr as shown
+from typing import Any
 
 from pendulum_sysid.errors import FileError, UnusableRecording, WrongUse
 from pendulum_sysid.records import Outcome
@@ -22,14 +24,17 @@ OUTCOMES = [outcome.value for outcome in Outcome]
 class EarlierVerdict:
     """Hold what an earlier diagnosis ended with.
 
-    twin: the improved twin.
+    twin: the improved twin; without its measured laws where effects are tied, for the tie is one
+        of twins without laws.
     rivals: effect -> the effects that it could not be told from.
     digests: of its recordings; empty where the file names none.
+    intervals: "key" of a constant or "effect.parameter" -> its 95 % interval.
     """
 
     twin: Twin
     rivals: dict[str, tuple[str, ...]]
     digests: frozenset[str] = frozenset()
+    intervals: dict[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def effects(self) -> tuple[str, ...]:
@@ -55,7 +60,10 @@ def read_verdict(path: Path) -> EarlierVerdict:
             f"{path}: expected a verdict on a usable recording, found 'unusable': record again"
         )
     digests = _read_digests(mapping.get("recording"))
-    return EarlierVerdict(load_twin(path.parent / "twin.yaml"), rivals, digests)
+    twin = load_twin(path.parent / "twin.yaml")
+    if mapping["outcome"] == Outcome.AMBIGUOUS.value:
+        twin = replace(twin, measured_laws={})
+    return EarlierVerdict(twin, rivals, digests, _read_intervals(mapping))
 
 
 def check_recordings(path: Path, earlier: EarlierVerdict, digests: Iterable[str]) -> None:
@@ -75,6 +83,25 @@ def _read_digests(facts: object) -> frozenset[str]:
     """Return the digests of a verdict's recordings, which stand joined by a plus sign."""
     digest = facts.get("digest") if isinstance(facts, dict) else None
     return frozenset(digest.split(" + ")) if isinstance(digest, str) else frozenset()
+
+
+def _read_intervals(mapping: dict[str, Any]) -> dict[str, tuple[float, float]]:
+    """Return the intervals of constants and effects; NaN for an end that is not told."""
+    groups = [("", mapping.get(key)) for key in ("rig_parameters", "effect_parameters")]
+    for entry in (*mapping["missing_physics"], *_as_list(mapping.get("perhaps"))):
+        if isinstance(entry, dict):
+            groups.append((f"{entry.get('effect')}.", entry.get("parameters")))
+    intervals = {}
+    for prefix, parameters in groups:
+        for name, facts in parameters.items() if isinstance(parameters, dict) else ():
+            ends = [facts.get(end) if isinstance(facts, dict) else None for end in ("low", "high")]
+            low, high = (float(e) if isinstance(e, int | float) else math.nan for e in ends)
+            intervals[f"{prefix}{name}"] = (low, high)
+    return intervals
+
+
+def _as_list(entries: object) -> list[Any]:
+    return entries if isinstance(entries, list) else []
 
 
 def _read_rivals(path: Path, entries: object) -> dict[str, tuple[str, ...]]:

@@ -98,15 +98,17 @@ EVIDENCE_MEANS = (
 )
 FORCE_PLACES = ("command", "drive", "cart")
 
-VARIABLES: dict[str, tuple[str, str]] = {  # variable or axis of an evidence -> words and unit
+# Variable or axis of an evidence -> words and unit. A twin file does not say whether its command
+# is a PWM fraction, volts or newtons.
+VARIABLES: dict[str, tuple[str, str]] = {
     "cart_position": ("cart position", "m"),
     "cart_velocity": ("cart velocity", "m/s"),
     "cart_acceleration": ("cart acceleration", "m/s^2"),
     "pole_angle": ("pole angle", "rad"),
     "pole_turns": ("pole angle, turns counted", "rad"),
     "pole_rate": ("pole rate", "rad/s"),
-    "command": ("command", "PWM"),
-    "command_rate": ("rate of the command", "PWM/s"),
+    "command": ("command", ""),
+    "command_rate": ("rate of the command", "1/s"),
     "command_history": ("past of the command", "s"),
     "lag": ("time since a step of the command", "s"),
     "time": ("time", "s"),

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from pendulum_sysid.finding.identifiability import find_ties
 from pendulum_sysid.finding.separation import Tie
@@ -14,7 +16,7 @@ from pendulum_sysid.fitting.fit import HORIZONS, fit, fit_over_horizon
 from pendulum_sysid.planning.next_experiment import check_seconds, plan_next_experiment
 from pendulum_sysid.planning.repeating import repeat_plan
 from pendulum_sysid.prepare import prepare
-from pendulum_sysid.reading.earlier_verdict import check_recordings, read_verdict
+from pendulum_sysid.reading.earlier_verdict import EarlierVerdict, check_recordings, read_verdict
 from pendulum_sysid.records import Fit, Split
 from pendulum_sysid.telling.output_files import check_file, name_write_errors
 from pendulum_sysid.verbs.recordings import read_recordings
@@ -22,6 +24,8 @@ from pendulum_sysid.verbs.said import ANSWERED, print_answer, say
 from pendulum_twin.model import load_twin
 from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.plans.plan_file import parse_plan, save_plan
+
+UNKNOWN = (np.nan, np.nan)  # ends of an interval that a verdict does not tell
 
 
 @dataclass(frozen=True)
@@ -74,7 +78,24 @@ def _finish(arguments: argparse.Namespace) -> Finished:
         arguments.progress.report("fitting what the verdict names")
         case = settle_commands(case, windows, earlier.effects, make_theta(earlier.twin))
         near = fit(case, windows, earlier.effects, make_theta(earlier.twin), HORIZONS[0])
-        best = fit_over_horizon(case, windows, near, HORIZONS[-1])
+        best = take_intervals(fit_over_horizon(case, windows, near, HORIZONS[-1]), earlier)
         return Finished(case, windows, best, find_ties(case, windows, best, earlier.rivals))
     case, answer = search_settled(case, windows, arguments.progress.report)
     return Finished(case, windows, answer.best, answer.ties)
+
+
+def take_intervals(fit: Fit, earlier: EarlierVerdict) -> Fit:
+    """Return a fit whose intervals hold those of an earlier verdict.
+
+    A diagnosis widens intervals where errors stay above the noise, and beside measured laws: its
+    plan is for what the verdict says is not known.
+    """
+    estimates = {
+        name: replace(
+            estimate,
+            low=np.fmin(estimate.low, earlier.intervals.get(name, UNKNOWN)[0]),
+            high=np.fmax(estimate.high, earlier.intervals.get(name, UNKNOWN)[1]),
+        )
+        for name, estimate in fit.estimates.items()
+    }
+    return replace(fit, estimates=estimates)

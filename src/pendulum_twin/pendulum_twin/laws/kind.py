@@ -33,10 +33,10 @@ class Role(IntEnum):
     COMMAND = 0  # is added to the command, PWM fraction
     GAIN = 1  # the force of the drive is multiplied by 1 + value
     FORCE = 2  # is added to the force on the cart, N
-    CART_DRAG = 3  # times the velocity, holds the cart back, N s/m
+    CART_DRAG = 3  # is added to the cart's viscous friction, N s/m
     CART_DRY = 4  # is added to the level of the cart's dry friction, N
     TORQUE = 5  # is added to the torque on the pole, N m
-    POLE_DRAG = 6  # times the rate, holds the pole back, N m s/rad
+    POLE_DRAG = 6  # is added to the pole's viscous friction, N m s/rad
     POLE_DRY = 7  # is added to the level of the pole's dry friction, N m
     CART_ONE_WAY = 8  # times the speed without its sign, is added to the force on the cart, N s/m
     POLE_ONE_WAY = 9  # times the rate without its sign, is added to the torque, N m s/rad
@@ -89,10 +89,12 @@ QUANTITIES: dict[Role, Axis] = {
     Role.COMMAND: Axis("change of the command", "1", ""),
     Role.GAIN: Axis("change of the force per command, as a share", "1", ""),
     Role.FORCE: Axis("force on the cart", "N", "_n"),
-    Role.CART_DRAG: Axis("viscous friction of the cart", "N s/m", "_n_s_m"),
+    Role.CART_DRAG: Axis("viscous friction of the cart beyond its constant", "N s/m", "_n_s_m"),
     Role.CART_DRY: Axis("dry friction of the cart", "N", "_n"),
     Role.TORQUE: Axis("torque on the pole", "N m", "_n_m"),
-    Role.POLE_DRAG: Axis("viscous friction of the pole", "N m s/rad", "_n_m_s"),
+    Role.POLE_DRAG: Axis(
+        "viscous friction of the pole beyond its constant", "N m s/rad", "_n_m_s"
+    ),
     Role.POLE_DRY: Axis("dry friction of the pole", "N m", "_n_m"),
     Role.CART_ONE_WAY: Axis("one-way drag of the cart", "N s/m", "_n_s_m"),
     Role.POLE_ONE_WAY: Axis("one-way drag of the pole", "N m s/rad", "_n_m_s"),

@@ -33,7 +33,7 @@ const plots = [
     series: both("pole_rad") }),
   new Plot({ title: "Mismatch of the pole", unit: "°", scale: DEGREES, digits: 2, narrowest: 0.2, degrees: true,
     jump: Math.PI, series: apart("pole_rad") }),
-  new Plot({ title: "PWM applied", unit: "", digits: 2, narrowest: 0.1, series: commands }),
+  new Plot({ title: "Command applied", unit: "", digits: 2, narrowest: 0.1, series: commands }),
 ];
 by("plots").prepend(...plots.map((plot) => plot.element));
 const [, , , poleMismatch] = plots;

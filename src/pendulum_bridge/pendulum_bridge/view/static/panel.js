@@ -8,8 +8,8 @@ const ROWS = [ // key, label, and the value in one or two units
   ["pole_rad", "Pole", [[DEGREES, 1, "°"], [1, 3, "rad"]]],
   ["cart_m_s", "Cart velocity", [[1, 3, "m/s"]]],
   ["pole_rad_s", "Pole velocity", [[DEGREES, 1, "°/s"], [1, 2, "rad/s"]]],
-  ["pwm", "PWM asked for", [[1, 3, ""]]],
-  ["applied_pwm", "PWM applied", [[1, 3, ""]]],
+  ["pwm", "Command asked for", [[1, 3, ""]]],
+  ["applied_pwm", "Command applied", [[1, 3, ""]]],
 ];
 
 export class Panel {
@@ -45,7 +45,7 @@ export class Panel {
     const beyond = Math.abs(source.cart_m) > frame.rail_half_length_m ? "the cart is beyond the end of the rail" : "";
     say(this.texts.veil, { fresh: beyond, stale: "last sample, not live", never: "no sample yet" }[source.state]);
     const outlined = ghost?.state === "fresh" ? ghost : null;
-    say(this.texts.caption, `arrow: PWM applied${outlined ? this.caption : ""}`);
+    say(this.texts.caption, `arrow: command applied${outlined ? this.caption : ""}`);
     const drawn = source.state === "never" ? null : source;
     drawStage(this.canvas, frame.rail_half_length_m, drawn, this.key, outlined, this.other);
     ROWS.forEach(([key, , units], k) => units.forEach(([scale, digits], n) =>

@@ -5,7 +5,7 @@ import { cleared, line, palette } from "./canvas.js";
 import { tick } from "./words.js";
 
 const SCALE_BELOW = 30; // pixels from the scale to the lower edge
-const FULL_PWM = 0.5;
+let fullCommand = 0.5; // of a full arrow: a PWM fraction, or the largest command yet of a rig in volts
 
 // source, ghost: of a frame; ghost may be null. colour, ghostColour: names of the palette.
 export function drawStage(canvas, railHalf, source, colour, ghost, ghostColour) {
@@ -134,8 +134,9 @@ function drawAngle({ pen, rail, pole }, column, angle) {
 }
 
 // What is applied, as an arrow from the cart's side.
-function drawPush({ pen, rail, cart }, column, pwm) {
-  const way = Math.sign(pwm), long = Math.min(Math.abs(pwm) / FULL_PWM, 1) * 64;
+function drawPush({ pen, rail, cart }, column, command) {
+  fullCommand = Math.max(fullCommand, Math.abs(command));
+  const way = Math.sign(command), long = Math.abs(command) / fullCommand * 64;
   if (long < 1) return;
   const from = column + way * (cart / 2 + 4), to = from + way * (long + 7);
   pen.strokeStyle = pen.fillStyle = palette().ink;

@@ -16,7 +16,7 @@ from pathlib import Path
 from pendulum_sysid.studies.ablation.decision_list import list_decisions
 from pendulum_sysid.studies.ablation.table import list_idle, render_table
 from pendulum_sysid.studies.ablation.variation import read_tried, vary_decisions
-from pendulum_twin.command_line import make_whole_reader
+from pendulum_twin.command_line import make_whole_reader, run_command
 from pendulum_twin.parser import Parser, add_common_options, complete
 
 # Of the proof with seed 1: every kind twice, every outcome; hard trials are 14, 45 (three effects)
@@ -27,6 +27,11 @@ TRIALS = (2, 11, 6, 46, 38, 12, 45, 14, 4, 44)
 def main(arguments: Sequence[str] | None = None) -> int:
     """Vary the decisions on the chosen trials, write the page, and print what changes nothing."""
     given = parse_arguments(arguments)
+    saved = f"{given.kept} holds what was tried: run the same command again to go on from there"
+    return run_command("ablation", lambda: _vary(given), saved)
+
+
+def _vary(given: argparse.Namespace) -> int:
     chosen = [d for d in list_decisions() if not given.only or d.name in given.only]
     folders = [given.trials / f"trial_{number:04d}" for number in given.numbers]
     given.kept.parent.mkdir(parents=True, exist_ok=True)

@@ -11,7 +11,7 @@ from typing import Any
 from pendulum_sysid.fleet.engine import Engine
 from pendulum_sysid.telling.output_files import format_json, write_text
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.files import describe_read_error
+from pendulum_twin.files import compute_digest, describe_read_error
 
 SCHEMA = "pendulum_proof_plan/1"
 FILE = "plan.json"
@@ -101,13 +101,19 @@ def claim_folder(plan: Plan, folder: Path) -> None:
 def claim_file(path: Path, planned: dict[str, Any], may_differ: Sequence[str] = ()) -> None:
     """Write what is planned for a folder into a file of it.
 
-    planned: in JSON's types.
+    planned: in JSON's types; of a twin's path the file keeps the digest as well, for it is the
+        content of the twin, and not its name, that trials are drawn from.
     may_differ: keys whose values may change from run to run in one folder.
     Raises BadInputError when the file holds another plan.
     """
+    if planned.get("twin") is not None:
+        planned = {**planned, "twin_digest": _compute_twin_digest(planned["twin"])}
     if path.exists():
         earlier = _read(path)
-        for key in [key for key in planned if key not in may_differ]:
+        if {"twin", "twin_digest"} <= earlier.keys() & planned.keys():
+            _check_twin(path, earlier, planned)
+            may_differ = (*may_differ, "twin")
+        for key in [key for key in planned if key not in (*may_differ, "twin_digest")]:
             if earlier.get(key) != planned[key]:
                 raise BadInputError(
                     f"{path.parent}: expected the proof that began there with "
@@ -115,6 +121,23 @@ def claim_file(path: Path, planned: dict[str, Any], may_differ: Sequence[str] = 
                     "name another folder"
                 )
     write_text(path, format_json(planned) + "\n")
+
+
+def _compute_twin_digest(twin: str) -> str:
+    try:
+        return compute_digest([Path(twin)])
+    except OSError as error:
+        raise BadInputError(
+            f"{twin}: expected a twin file, but it cannot be read: {describe_read_error(error)}"
+        ) from error
+
+
+def _check_twin(path: Path, earlier: dict[str, Any], planned: dict[str, Any]) -> None:
+    if earlier["twin_digest"] != planned["twin_digest"]:
+        raise BadInputError(
+            f"{path.parent}: expected the twin that the proof there began with (then in "
+            f"{earlier['twin']}), found another content in {planned['twin']}: name another folder"
+        )
 
 
 def _read(path: Path) -> dict[str, Any]:
