@@ -56,7 +56,7 @@ def follows_command(signals: Signals, state: SmoothState) -> bool:
     of the small commands that balance the pole. True where the cart moves too little to tell.
     Where nothing is commanded, brakes and the pole have to explain most of the acceleration.
     """
-    rows, take_mean = _make_filter(signals, state)
+    rows, take_mean = make_filter(signals, state)
     if len(rows) < decisions.ANSWER_LEAST_ROWS:
         return True
     target = take_mean(state.accelerations[:, 0])
@@ -96,7 +96,7 @@ def is_moved_uncommanded(
     The balance of the cart is fitted outside the interval (s) and judged inside: a rig that is
     left alone keeps to it with a command of 0.
     """
-    rows, take_mean = _make_filter(signals, state)
+    rows, take_mean = make_filter(signals, state)
     inside = (signals.clock_s[rows] >= begin_s) & (signals.clock_s[rows] <= end_s)
     if not np.any(inside) or np.count_nonzero(~inside) < decisions.ANSWER_LEAST_ROWS:
         return False
@@ -127,8 +127,11 @@ def measure_unexplained(signals: Signals, state: SmoothState) -> float:
     return float(np.std(second.target - columns @ weights))
 
 
-def _make_filter(signals: Signals, state: SmoothState) -> tuple[Ints, Callable[[Floats], Floats]]:
-    """Return the samples that are asked, (rows,), and the filter: (n, ...) to (rows, ...)."""
+def make_filter(signals: Signals, state: SmoothState) -> tuple[Ints, Callable[[Floats], Floats]]:
+    """Return the samples that are asked, (rows,), and the filter: (n, ...) to (rows, ...).
+
+    The samples lie inside stretches, a quarter of the filter apart, where the cart mostly moves.
+    """
     half = max(round(0.5 * decisions.ANSWER_FILTER_S / signals.period_s), 2)
     weights = np.hanning(2 * half + 3)[1:-1]
     weights /= weights.sum()
