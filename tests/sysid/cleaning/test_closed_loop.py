@@ -40,6 +40,19 @@ def test_the_cart_follows_its_own_command_alone(
     assert not follows_command(other, state)
 
 
+def test_a_dead_zone_answers_strong_commands_more_than_weak_commands(tmp_path: Path) -> None:
+    """The end of a swing-up takes a second, and balancing the rest of the recording."""
+    options = ["--seed", "6", "--seconds", "40", "--closed-loop", "--effects", "input_dead_zone"]
+    trial = record_trial(tmp_path, 0, options)
+    signals = clean_recording(read_bag(trial / "bag")).signals
+    upright = np.flatnonzero(np.cos(signals.pole) > np.cos(0.2))
+    fallen = upright[0] + np.flatnonzero(np.cos(signals.pole[upright[0] :]) < np.cos(0.35))
+    once = signals.cut([(int(upright[0]) - 120, int(fallen[fallen > upright[0] + 300][0]))])
+    assert follows_command(once, smooth_state(once))
+    other = replace(once, command=np.roll(once.command, 400))
+    assert not follows_command(other, smooth_state(other))
+
+
 def test_a_controller_that_pulls_against_a_cable_moves_the_cart(tmp_path: Path) -> None:
     options = ["--seed", "26006", "--seconds", "60", "--closed-loop", "--pole-counts", "1024"]
     trial = record_trial(tmp_path, 37, options)

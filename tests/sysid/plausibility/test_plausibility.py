@@ -6,7 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.made_recordings import INTECO, PERIOD_S, made, without_joint
+from support.made_recordings import (
+    INTECO,
+    PERIOD_S,
+    made,
+    made_states,
+    sweep,
+    without_joint,
+)
 
 from pendulum_sysid import pipeline
 from pendulum_sysid.finding.stages import Stage
@@ -120,6 +127,15 @@ def test_a_twin_far_from_the_recording_is_doubted_but_not_refused(columns: Colum
     ]
     assert swing.answer is Answer.DOUBT
     assert "pole_inertia_kg_m2" in swing.advice
+
+
+def test_a_command_that_chatters_leaves_the_drive_its_strength() -> None:
+    random = np.random.default_rng(0)
+    command = sweep(30.0, 0.02) + 0.1 * random.choice([-1.0, 1.0], 3000)
+    cart, pole = (made_states(INTECO, command)[:, :2] + random.normal(0.0, 5e-5, (3000, 2))).T
+    chattering = {"t": np.arange(3000) * PERIOD_S, "command": command, "cart": cart, "pole": pole}
+    drive = check(record(chattering))["Is the drive about as strong as the twin's?"]
+    assert drive.answer is Answer.YES
 
 
 def test_one_joint_alone_is_asked_what_it_can_answer(columns: Columns) -> None:

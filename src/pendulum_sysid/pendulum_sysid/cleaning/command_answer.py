@@ -20,7 +20,7 @@ from pendulum_sysid.cleaning.cart_balance import (
     list_reactions,
     make_second_differences,
 )
-from pendulum_sysid.cleaning.drive_curve import fit_drive_curve
+from pendulum_sysid.cleaning.drive_curve import bend_command, fit_drive_curve
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.cleaning.stale_start import (
     LATER_S,
@@ -50,12 +50,13 @@ def follows_command(signals: Signals, state: SmoothState) -> bool:
     pulls the cart back, and without the spring the two seem to do nothing.
 
     The weight of the command in the least-squares balance of the cart must be certain, with errors
-    independent from block to block (a sandwich). If it is not, the command gets a second weight,
-    times the position: the drive's gain may change along the rail, up to its sign. True where the
-    cart moves too little to tell. Where nothing is commanded, brakes and the pole have to explain
-    most of the acceleration.
+    independent from block to block (a sandwich). If it is not, the command gets more weights: a
+    second, times the position, for the drive's gain may change along the rail, up to its sign; or
+    those of a curve, for a drive with a dead zone answers the strong pushes of a swing-up and few
+    of the small commands that balance the pole. True where the cart moves too little to tell.
+    Where nothing is commanded, brakes and the pole have to explain most of the acceleration.
     """
-    rows, take_mean = _make_filter(signals, state)
+    rows, take_mean = make_filter(signals, state)
     if len(rows) < decisions.ANSWER_LEAST_ROWS:
         return True
     target = take_mean(state.accelerations[:, 0])
@@ -72,16 +73,19 @@ def follows_command(signals: Signals, state: SmoothState) -> bool:
     latest = round(decisions.ANSWER_LATEST_S / signals.period_s)
     commands = [delay_command(signals, late) for late in range(0, latest + 1, step)]
 
-    def is_certain(weights: Floats) -> bool:
-        """Return whether commands times these weights, (n, k), explain the acceleration."""
+    def is_certain(list_drives: Callable[[Floats], Floats]) -> bool:
+        """Return whether what is listed of a command, (n,) to (n, k), explains the cart."""
         fits = [
-            _fit_balance(take_mean(command[:, None] * weights), others, target, block)
+            _fit_balance(take_mean(list_drives(command)), others, target, block)
             for command in commands
         ]
         return min(fits)[1] > decisions.ANSWER_STANDARD_ERRORS
 
-    even = np.ones((len(signals), 1))
-    return is_certain(even) or is_certain(np.column_stack([even, position]))
+    return (
+        is_certain(lambda command: command[:, None])
+        or is_certain(lambda command: np.column_stack([command, command * position]))
+        or is_certain(lambda command: bend_command(command, signals.command))
+    )
 
 
 def is_moved_uncommanded(
@@ -92,7 +96,7 @@ def is_moved_uncommanded(
     The balance of the cart is fitted outside the interval (s) and judged inside: a rig that is
     left alone keeps to it with a command of 0.
     """
-    rows, take_mean = _make_filter(signals, state)
+    rows, take_mean = make_filter(signals, state)
     inside = (signals.clock_s[rows] >= begin_s) & (signals.clock_s[rows] <= end_s)
     if not np.any(inside) or np.count_nonzero(~inside) < decisions.ANSWER_LEAST_ROWS:
         return False
@@ -123,8 +127,11 @@ def measure_unexplained(signals: Signals, state: SmoothState) -> float:
     return float(np.std(second.target - columns @ weights))
 
 
-def _make_filter(signals: Signals, state: SmoothState) -> tuple[Ints, Callable[[Floats], Floats]]:
-    """Return the samples that are asked, (rows,), and the filter: (n, ...) to (rows, ...)."""
+def make_filter(signals: Signals, state: SmoothState) -> tuple[Ints, Callable[[Floats], Floats]]:
+    """Return the samples that are asked, (rows,), and the filter: (n, ...) to (rows, ...).
+
+    The samples lie inside stretches, a quarter of the filter apart, where the cart mostly moves.
+    """
     half = max(round(0.5 * decisions.ANSWER_FILTER_S / signals.period_s), 2)
     weights = np.hanning(2 * half + 3)[1:-1]
     weights /= weights.sum()

@@ -34,6 +34,18 @@ class DriveCurve:
         return np.interp(command, self.commands, self.forces)
 
 
+def bend_command(command: Floats, every: Floats) -> Floats:
+    """Return what adds up to any curve of a command (n,), odd about 0: (n, 1 + bends).
+
+    The command itself comes first, then what of it lies beyond each bend.
+
+    every: (m,) the commands among whose sizes the bends lie, not 0 throughout.
+    """
+    sizes, size, sign = np.abs(every), np.abs(command), np.sign(command)
+    bends = np.quantile(sizes[sizes > 0.0], decisions.SLIP_BENDS)
+    return np.column_stack([command, *(sign * np.maximum(size - bend, 0.0) for bend in bends)])
+
+
 def fit_drive_curve(command: Floats, second: SecondDifferences) -> DriveCurve:
     """Return the curve by which the command explains the cart's acceleration best.
 

@@ -18,6 +18,7 @@ from scipy.ndimage import correlate1d, maximum_filter1d, median_filter
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.cart_balance import list_reactions
 from pendulum_sysid.cleaning.clock import find_runs
+from pendulum_sysid.cleaning.drive_curve import bend_command
 from pendulum_sysid.cleaning.leaving_out import leave_out
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.cleaning.stale_start import compute_slow_speed, list_brakes
@@ -161,12 +162,10 @@ def _list_drives(signals: Signals, state: SmoothState) -> Floats:
     Curves of the command, earlier commands, and gains that change along the rail and with speed.
     """
     command = signals.command
-    size, sign = np.abs(command), np.sign(command)
-    bends = np.quantile(size[size > 0.0], decisions.SLIP_BENDS)
-    bent = [sign * np.maximum(size - bend, 0.0) for bend in bends]
     late = []
     for late_s in decisions.SLIP_LATE_S:
         samples = max(round(late_s / signals.period_s), 1)
         late.append(np.concatenate([np.full(samples, command[0]), command[:-samples]]))
     gains = command[:, None] * np.column_stack([state.states[:, 0], np.abs(state.states[:, 2])])
-    return np.column_stack([command, size, *bent, *late, gains])
+    bent = bend_command(command, command)
+    return np.column_stack([bent, np.abs(command), *late, gains])

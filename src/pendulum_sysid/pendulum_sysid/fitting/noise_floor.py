@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from pendulum_sysid import decisions
-from pendulum_sysid.cleaning.smooth_state import smooth_state
-from pendulum_sysid.fitting.case import Case, make_case
-from pendulum_sysid.fitting.gauss_newton import refine_start_states
+from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.own_runs import record_runs, run_own
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.records import Windows
 from pendulum_twin.arrays import Floats
-from pendulum_twin.free_runs import run_freely
 from pendulum_twin.signals import Signals
 
 TRIES = 5
@@ -58,12 +56,7 @@ def measure_noise_floor(
     length = lead + windows.samples
     # What command and cart did before a piece is unknown there: to the runs that make the perfect
     # recording, and to the runs that are judged by it.
-    pieces = signals.cut([(first, first + length) for first in begin.tolist()])
-    motion = Windows(np.array(pieces.stretch_begins), length, case.state.states[begin])
-    problem = replace(case.problem(motion), signals=pieces)
-    starts = refine_start_states(problem, theta).start_states
-    set_of = np.zeros(len(begin), dtype=np.int64)
-    runs = run_freely(pieces, theta[None], set_of, motion.begin, starts, length)
+    pieces, runs = run_own(case, theta, Windows(begin, length, case.state.states[begin]))
     if not np.all(np.isfinite(runs)):
         return None  # a twin that leaves all bounds says nothing about what is possible
     tries = [
@@ -86,24 +79,7 @@ def _replay_perfect(
     runs: (windows, n, 4) without noise; each holds its window after the lead.
     lead: samples of a run before its window.
     """
-    positions = []
-    for k, (there, noise) in enumerate(
-        ((pieces.cart, case.state.noise.cart_m), (pieces.pole, case.state.noise.pole_rad))
-    ):
-        noiseless = runs[..., k].reshape(-1)
-        positions.append(
-            None
-            if there is None or noise is None
-            else noiseless + random.normal(0.0, noise, len(noiseless))
-        )
-    every = np.ones(len(pieces), dtype=bool)
-    perfect = replace(
-        pieces, cart=positions[0], pole=positions[1], cart_valid=every, pole_valid=every
-    )
-    state = smooth_state(perfect)
-    perfect_case = make_case(
-        replace(case.recording, signals=perfect, doubt=None), state, case.twin
-    )
+    perfect_case = record_runs(case, pieces, runs, random)
     begin = np.array(pieces.stretch_begins) + lead
     windows = Windows(begin, runs.shape[1] - lead, perfect_case.state.states[begin])
     return run_windows(perfect_case, windows)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pendulum_sysid import decisions
+from pendulum_sysid.cleaning.command_answer import make_filter
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_twin.arrays import Floats, Mask
 from pendulum_twin.signals import Signals
@@ -96,14 +97,18 @@ def _measure_share(rows: Floats, target: Floats, use: Mask, others: int) -> floa
 
 
 def measure_gain(signals: Signals, state: SmoothState) -> float:
-    """Return the cart's acceleration by a unit of command, m/s^2; NaN where it does not show."""
+    """Return the cart's acceleration by a unit of command, m/s^2; NaN where it does not show.
+
+    Command and motion go through one filter: an acceleration is smoothed, and a controller's
+    command that changes its sign from sample to sample would seem to do a quarter of what it does.
+    """
     if signals.cart is None or not np.any(signals.command):
         return math.nan
     speed, forward = state.states[:, 2], state.accelerations[:, 0]
-    rms = math.sqrt(float(np.mean(speed**2)))
-    use = signals.cart_valid & (np.abs(speed) > decisions.REST_SPEED_SHARE * rms)
-    rows = np.column_stack([signals.command, speed, np.sign(speed), np.ones_like(speed)])
-    fit = _fit_robustly(rows, forward, use)
+    at, take_mean = make_filter(signals, state)
+    columns = np.column_stack([signals.command, speed, np.sign(speed), np.ones_like(speed)])
+    every = np.ones(len(at), dtype=bool)
+    fit = _fit_robustly(take_mean(columns), take_mean(forward), every)
     if fit is None:
         return math.nan
     weights, errors, _ = fit

@@ -5,6 +5,9 @@ the answer is about the very variables that the effect itself depends on. Fricti
 time leaves, under a constant friction's name, a force along the motion that changes with time; a
 spring that hardens leaves, under a straight spring's, a curve over the position. What is left
 about other variables says that something else is missing, and speaks against no name.
+
+A smoothed motion leaves something under the right name, too: where a joint hardly moves, the sign
+of its rate is as wrong as the rate. So what the twin's own noisy runs leave is taken off.
 """
 
 from __future__ import annotations
@@ -29,6 +32,8 @@ from pendulum_sysid.finding.localisation.questions import Cost, Question
 from pendulum_sysid.finding.localisation.table import Table
 from pendulum_sysid.finding.localisation.thinning import thin_out
 from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.own_runs import record_own_runs
+from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
 from pendulum_sysid.records import Fit
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME, CATALOGUE
@@ -100,11 +105,46 @@ def measure_remainders(case: Case, fit: Fit, base: Fit) -> list[Remainder]:
     for balance in make_balances(case, fit.theta):
         if balance.equation not in first:
             continue
-        table, own = make_table(case, here, balance, fit.theta), max(balance.size, 1e-300) ** 2
-        gains = {key: table.compute_gain(key) / own for key in table.questions}
+        table, own = make_table(case, here, balance, fit.theta), max(balance.size**2, 1e-300)
+        gains = _compute_gains(table)
         before = max(first[balance.equation].compute_loss(()) - balance.noise**2, 0.0) / own
         remainders.append(Remainder(table, gains, before, table.compute_loss(()) / own))
     return remainders
+
+
+def _compute_gains(table: Table) -> dict[str, float]:
+    """Return the power that each question would take away, in units of the equation's own size."""
+    own = max(table.balance.size**2, 1e-300)
+    return {key: table.compute_gain(key) / own for key in table.questions}
+
+
+def take_off_own_gains(
+    case: Case, theta: Floats, remainders: Sequence[Remainder]
+) -> list[Remainder]:
+    """Return what is left with the gains beyond those that the twin's own noisy runs show.
+
+    theta: (SIZE,) of the twin.
+    """
+    case = thin_out(case)
+    windows = cut_windows(case.signals, case.state, WINDOW_S)
+    perfect = record_own_runs(case, theta, windows)
+    if perfect is None:
+        return list(remainders)
+    here = compute_motion(perfect, _take_out_static_filters(theta))
+    own = {
+        balance.equation: _compute_gains(make_table(perfect, here, balance, theta))
+        for balance in make_balances(perfect, theta)
+    }
+    return [
+        replace(
+            remainder,
+            gains={
+                key: gain - own.get(remainder.table.balance.equation, {}).get(key, 0.0)
+                for key, gain in remainder.gains.items()
+            },
+        )
+        for remainder in remainders
+    ]
 
 
 def _take_out_static_filters(theta: Floats) -> Floats:
@@ -126,7 +166,8 @@ def find_misfits(
 
     An effect is in doubt when one question about its own variables gains more than chance, is the
     best answer to what is left or near it, takes away a great part of it, and is not small beside
-    what the effects of these variables explain.
+    what the effects of these variables explain. A question gains what it takes away beyond what it
+    takes away of the twin's own runs.
     An effect without parameters, a sign, has no shape.
 
     theta: (SIZE,) of the fit that holds the effects.
@@ -152,14 +193,23 @@ def find_misfits(
         for remainder, forces_of in zip(remainders, forces, strict=True)
     ]
     largest = {name: max(powers_of[name] for powers_of in powers) for name in physics if powers}
-    misfits = []
-    for remainder, forces_of, powers_of in zip(remainders, forces, powers, strict=True):
-        shown = {
+    shown = [
+        {
             name: forces_of[name]
             for name in physics
             if powers_of[name] > decisions.JUDGED_SHARE * largest[name]
         }
-        misfits += _find_misfits_in(case, theta, remainder, shown)
+        for forces_of, powers_of in zip(forces, powers, strict=True)
+    ]
+
+    def find(left: Sequence[Remainder]) -> list[Misfit]:
+        return [
+            misfit
+            for remainder, own in zip(left, shown, strict=True)
+            for misfit in _find_misfits_in(case, theta, remainder, own)
+        ]
+
+    misfits = find(remainders) and find(take_off_own_gains(case, theta, remainders))
     return sorted(misfits, key=lambda misfit: -misfit.share)
 
 
