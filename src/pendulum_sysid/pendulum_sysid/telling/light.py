@@ -74,7 +74,7 @@ def list_doubts(verdict: Verdict) -> tuple[str, ...]:
     most = decisions.LIGHT_MOST_GAPS_A_MINUTE * max(verdict.recording.seconds, 1.0) / 60.0
     if gaps > most:
         doubts.append(f"the recording has {gaps} gaps")
-    doubts += ["a constant or a unit as given is contradicted"] * bool(verdict.warnings)
+    doubts += ["a constant, a unit or a time as given is contradicted"] * bool(verdict.warnings)
     return tuple(doubts)
 
 
