@@ -118,3 +118,23 @@ def compute_covariance(columns: Floats, left: Floats, block: Ints) -> Floats:
     bread = np.linalg.pinv(columns.T @ columns)
     covariance: Floats = bread @ scores.T @ scores @ bread
     return covariance
+
+
+def compute_jackknife_covariance(columns: Floats, target: Floats, block: Ints) -> Floats:
+    """Return the covariance of least-squares weights by leaving out one block after the other.
+
+    A sandwich is certain of a column that lives in a single block, whose errors are fitted away.
+    Without the block nothing fixes that weight, and the jackknife knows it (Efron, The Jackknife,
+    the Bootstrap and Other Resampling Plans (1982), chapter 3).
+
+    columns: (rows, k), of a mean square near 1. target: (rows,). block: (rows,).
+    """
+    parts = [np.flatnonzero(block == number) for number in np.unique(block)]
+    normals = np.stack([columns[part].T @ columns[part] for part in parts])
+    slopes = np.stack([columns[part].T @ target[part] for part in parts])
+    ridge = 1e-9 * len(target) * np.eye(columns.shape[1])
+    others = normals.sum(axis=0) - normals + ridge
+    without = np.linalg.solve(others, (slopes.sum(axis=0) - slopes)[..., None])[..., 0]
+    apart = without - without.mean(axis=0)
+    covariance: Floats = (len(parts) - 1) / len(parts) * apart.T @ apart
+    return covariance

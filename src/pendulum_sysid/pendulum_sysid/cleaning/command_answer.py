@@ -17,6 +17,7 @@ from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.cart_balance import (
     choose_rows,
     compute_covariance,
+    compute_jackknife_covariance,
     list_reactions,
     make_second_differences,
 )
@@ -158,6 +159,11 @@ def _fit_balance(
     weights = np.linalg.lstsq(columns, target, rcond=None)[0]
     left = target - columns @ weights
     count = driven.shape[1]
-    own, covariance = weights[:count], compute_covariance(columns, left, block)[:count, :count]
+    covariance = (
+        compute_jackknife_covariance(columns, target, block)
+        if count > 2  # a curve: few commands lie beyond its last bends, and in few blocks
+        else compute_covariance(columns, left, block)
+    )
+    own, covariance = weights[:count], covariance[:count, :count]
     wald = float(own @ np.linalg.pinv(covariance, hermitian=True) @ own)
     return float(np.std(left)), float(np.sqrt(max(wald, 0.0) / count))
