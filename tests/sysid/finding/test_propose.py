@@ -1,11 +1,12 @@
 """Proposals: what is hidden stands near the top before anything has been refitted."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 from support.hidden_physics import HIDDEN, INTECO, record_hidden
-from support.made_recordings import without_joint
+from support.made_recordings import PERIOD_S, made_states, sweep, without_joint
 
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.propose import Proposal, propose
@@ -17,6 +18,7 @@ from pendulum_sysid.records import Fit, Recording, Split
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Form, Place
 from pendulum_twin.parameter_vector import SLOTS, make_theta
+from pendulum_twin.signals import Signals
 
 WITH_SIZES = [
     name for name, sizes in HIDDEN.items() if sizes and BY_NAME[name].form is not Form.REPORT
@@ -104,3 +106,17 @@ def test_only_what_the_rig_can_have_is_proposed(gone: str, places: set[Place]) -
     proposals = propose(*fit_alone(without_joint(record_hidden({}, 1, 20.0)[0], gone)))
     assert {BY_NAME[proposal.effect].place for proposal in proposals} == places
     assert "position_scale" not in [proposal.effect for proposal in proposals]
+
+
+def test_a_limit_far_below_the_largest_command_is_near_a_start() -> None:
+    """A controller that logs the commands that it wants asks for many times what the drive has."""
+    pushes = np.sin(2 * np.pi * 0.11 * PERIOD_S * np.arange(3000)) > 0.5
+    command = sweep(30.0, 0.05) + 0.45 * pushes * np.sign(sweep(30.0, 1.0))
+    states = made_states(replace(INTECO, effects={"input_saturation": {"limit": 0.08}}), command)
+    noise, every = np.random.default_rng(0).normal(size=(2, 3000)), np.ones(3000, dtype=bool)
+    cart, pole = states[:, 0] + 5e-5 * noise[0], states[:, 1] + 1e-3 * noise[1]
+    signals = Signals(PERIOD_S, command, cart, pole, every, every)
+    proposals = propose(*fit_alone(Recording("made", "sha256:0", signals)))
+    clipped = next(p for p in proposals if p.effect == "input_saturation")
+    limits = clipped.theta[:, SLOTS["input_saturation"].start]
+    assert np.min(np.abs(np.log(limits / 0.08))) < np.log(1.5)

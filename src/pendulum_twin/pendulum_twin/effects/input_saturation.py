@@ -27,7 +27,7 @@ EFFECT = Effect(
             1e6,
             0.0,
             1e6,
-            (0.9, 0.7, 0.5),
+            (0.15, 0.3, 0.7, 0.9, 0.5),  # logs of unclipped commands reach far beyond a limit
             Scale.COMMAND,
             shape=True,
             idle_beyond=Scale.COMMAND,
