@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.hidden_physics import record_hidden
 from support.made_recordings import INTECO, made
 
 from pendulum_sysid import decisions
@@ -159,3 +160,27 @@ def test_a_fit_at_the_noise_stays_as_it_is(rubbed: tuple[Case, Split, Fit]) -> N
     case, split, fitted = prepare_made(TRUTH, 6)
     assert fitted.choose < decisions.MISFIT_AT_NOISE < rubbed[2].choose
     assert widen_sizes(case, split, fitted) is fitted
+
+
+def test_errors_that_short_pieces_hide_in_the_noise_widen_intervals() -> None:
+    """Over a quarter of a second the fit errs by 1.3 times the noise, over a second by 5."""
+    rest = {
+        "rail_spring": {"n_per_m": 0.02, "centre_m": 0.05},
+        "cogging": {"amplitude_n": 0.004, "period_m": 0.12, "phase_rad": 0.5},
+    }
+    recording, truth = record_hidden(rest, 2, 24.0)
+    prepared = prepare([recording], INTECO)
+    fitted = fit(prepared.case, prepared.split, (), make_theta(INTECO), 4)
+    assert fitted.choose < decisions.MISFIT_AT_NOISE
+    widened = widen_sizes(prepared.case, prepared.split, fitted)
+    true = truth.rig.force_per_pwm_n
+    before, after = (each.estimates["force_per_pwm_n"] for each in (fitted, widened))
+    assert not before.low <= true <= before.high
+    assert after.low <= true <= after.high and after.value == before.value
+
+
+def test_a_fit_at_the_noise_over_whole_windows_keeps_its_intervals() -> None:
+    recording, _ = record_hidden({}, 2, 24.0)
+    prepared = prepare([recording], INTECO)
+    fitted = fit(prepared.case, prepared.split, (), make_theta(INTECO), 4)
+    assert widen_sizes(prepared.case, prepared.split, fitted) is fitted

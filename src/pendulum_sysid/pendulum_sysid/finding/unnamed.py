@@ -20,8 +20,10 @@ from scipy.optimize import minimize_scalar
 
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.propose import list_probes
-from pendulum_sysid.finding.replication import widen_estimate, widen_intervals
+from pendulum_sysid.finding.replication import join_intervals, widen_estimate, widen_intervals
+from pendulum_sysid.finding.whole_windows import measure_whole_windows
 from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.fit import fit_over_horizon
 from pendulum_sysid.fitting.latent_force import linearise_predictions, measure_latent_force
 from pendulum_sysid.fitting.linearised import System
 from pendulum_sysid.fitting.parameters import Free, list_free_parameters
@@ -48,11 +50,17 @@ def widen_sizes(case: Case, split: Split, fit: Fit, alike: Collection[str] = ())
     """Return a fit with intervals that stay valid where the errors exceed the noise.
 
     They cover the spread over blocks of time, and the share that missing effects may have added. A
-    fit at the noise stays as it is.
+    fit at the noise stays as it is, unless whole windows show errors that short pieces hide in the
+    noise: then its intervals hold what a fit over whole windows makes of them.
 
     alike: effects that the recording cannot tell from those that are named. They are left out:
         the size of a name is the size that it has if the name is right.
     """
+    if fit.pieces > 1 and fit.choose <= decisions.MISFIT_AT_NOISE:
+        if measure_whole_windows(case, split, fit)[0] <= decisions.MISFIT_AT_NOISE:
+            return fit
+        whole = widen_sizes(case, split, fit_over_horizon(case, split, fit, 1), alike)
+        return join_intervals(fit, whole, fit.estimates)
     widened = widen_intervals(case, split, fit)
     if fit.choose <= decisions.MISFIT_AT_NOISE or not decisions.DOUBT_BY_UNNAMED:
         return widened
