@@ -21,6 +21,7 @@ from study_real_rigs import RIGS
 
 import pendulum_sysid as ps
 from pendulum_sysid.cleaning.smooth_state import smooth_state
+from pendulum_sysid.finding.late_command import move_commands
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Form, Place
@@ -61,7 +62,7 @@ def conceal(
     if effect.form is Form.MEASURE:
         return replace(recording, signals=_read_by(signals, theta))
     if name == "input_delay":
-        command = _log_earlier(signals, round(sizes[0] / signals.period_s))
+        command = move_commands(signals, round(sizes[0] / signals.period_s)).command
     elif effect.place is Place.COMMAND:
         assert effect.inverse is not None
         times_s = zip(signals.command, signals.clock_s, strict=True)
@@ -84,15 +85,6 @@ def _read_by(signals: Signals, theta: Floats) -> Signals:
         cart=None if signals.cart is None else cart,
         pole=None if signals.pole is None else pole,
     )
-
-
-def _log_earlier(signals: Signals, samples: int) -> Floats:
-    """Return commands, (n,), so many samples before they act; the last of a stretch is kept."""
-    source = np.arange(len(signals)) + samples
-    for stretch in signals.stretches:
-        part = source[stretch.start : stretch.stop]
-        np.minimum(part, stretch.stop - 1, out=part)
-    return signals.command[source]
 
 
 def study(rig: str, rigs: Path, out: Path) -> None:

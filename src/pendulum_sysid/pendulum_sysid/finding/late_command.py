@@ -20,6 +20,11 @@ from pendulum_twin.arrays import Floats, Ints
 from pendulum_twin.signals import Signals
 
 LATE: FaultKind = "late_command"
+BY_A_ROW = (
+    "Does a row of the file hold the command before its positions? Import the file with "
+    "--command-acts before, or record commands as they are sent"
+)
+BY_STAMPS = "Do commands and positions have stamps of one clock? Record commands as they are sent"
 MOST_SAMPLES = 10  # a command that is later is refused when the recording is read (`causality`)
 
 
@@ -35,7 +40,7 @@ def move_late_commands(case: Case, split: Split, effects: tuple[str, ...], theta
         return case
     late, moved = 0, case
     while late < MOST_SAMPLES:
-        earlier = replace(case, recording=_move_commands(case.recording, late + 1))
+        earlier = replace(case, recording=_move_commands_of(case.recording, late + 1))
         misfit = fit(earlier, split, effects, theta, HORIZONS[0]).choose
         if misfit >= best:
             break
@@ -45,19 +50,20 @@ def move_late_commands(case: Case, split: Split, effects: tuple[str, ...], theta
     return replace(moved, recording=_say_how_late(moved.recording, late, given / best))
 
 
-def _move_commands(recording: Recording, samples: int) -> Recording:
-    """Return the recording with every command so many samples earlier, the last of a stretch kept.
+def move_commands(signals: Signals, samples: int) -> Signals:
+    """Return signals with every command so many samples earlier, the last of a stretch kept.
 
     No sample of a stretch shows what its last commands do.
     """
-    signals, doubt = recording.signals, recording.doubt
     source = _list_sources(signals, samples)
-    moved = replace(
-        signals,
-        command=signals.command[source],
-        parts=None if signals.parts is None else signals.parts[source],
-    )
+    parts = None if signals.parts is None else signals.parts[source]
+    return replace(signals, command=signals.command[source], parts=parts)
+
+
+def _move_commands_of(recording: Recording, samples: int) -> Recording:
+    moved, doubt = move_commands(recording.signals, samples), recording.doubt
     if doubt is not None:
+        source = _list_sources(recording.signals, samples)
         doubt = _move_doubt(doubt, source, samples)
     return replace(recording, signals=moved, doubt=doubt)
 
@@ -83,11 +89,12 @@ def _move_doubt(doubt: CommandDoubt, source: Ints, samples: int) -> CommandDoubt
 def _say_how_late(recording: Recording, samples: int, gain: float) -> Recording:
     """Return the recording with the finding that its commands were moved, and what to do."""
     milliseconds = samples * recording.signals.period_s * 1e3
+    how_long, remedy = (
+        ("1 sample", BY_A_ROW) if samples == 1 else (f"{samples} samples", BY_STAMPS)
+    )
     note = (
-        f"every command stood {samples} {'sample' if samples == 1 else 'samples'} "
-        f"({milliseconds:.3g} ms) after it began to act, and was moved back: the twin then fits "
-        f"{gain:.3g} times better. Does a row of the file hold the command before its positions? "
-        "Import the file with --command-acts before, or record commands as they are sent"
+        f"every command stood {how_long} ({milliseconds:.3g} ms) after it began to act, and was "
+        f"moved back: the twin then fits {gain:.3g} times better. {remedy}"
     )
     return replace(
         recording, findings=(*recording.findings, QualityFinding(LATE, samples, (), note))
