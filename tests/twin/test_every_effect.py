@@ -37,6 +37,7 @@ TYPICAL = {
     Scale.CART_TRAVEL: 0.3,
     Scale.POLE_RATE: 5.0,
     Scale.SECONDS: 2.0,
+    Scale.CLOCK_END: 2.0,
 }
 
 

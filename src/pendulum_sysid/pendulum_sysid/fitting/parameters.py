@@ -191,7 +191,8 @@ def compute_scales(signals: Signals, state: SmoothState, theta: Floats) -> Scale
         Scale.CART_SPEED: rms(state.states[:, 2]),
         Scale.CART_TRAVEL: float(np.ptp(cart)) / 2 or 1.0,
         Scale.POLE_RATE: rms(state.states[:, 3]),
-        Scale.SECONDS: float(np.max(signals.clock_s)) + signals.period_s,
+        Scale.SECONDS: signals.seconds,
+        Scale.CLOCK_END: float(np.max(signals.clock_s)) + signals.period_s,
     }
 
 

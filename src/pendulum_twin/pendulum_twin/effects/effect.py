@@ -79,7 +79,8 @@ class Scale(Enum):
     CART_SPEED = "cart_speed"  # root mean square, m/s
     CART_TRAVEL = "cart_travel"  # half of the range travelled, m
     POLE_RATE = "pole_rate"  # root mean square, rad/s
-    SECONDS = "seconds"  # length of the recording, of several the longest, s
+    SECONDS = "seconds"  # length of the recording, s
+    CLOCK_END = "clock_end"  # when the recording ends by its clock, s; of several the latest
 
 
 @dataclass(frozen=True)

@@ -54,7 +54,7 @@ EFFECT = Effect(
             0.0,
             1e6,
             (0.5,),
-            Scale.SECONDS,
+            Scale.CLOCK_END,
             shape=True,
             most=0.95,
             fewest=0.05,
