@@ -48,6 +48,14 @@ def test_a_drive_that_answers_late_moves_no_command(name: str) -> None:
     assert move(recording).findings == ()
 
 
+def test_a_wrong_sign_moves_no_command() -> None:
+    """Earlier commands help such a twin a little by each sample, in all by more than twice."""
+    recording, _ = record_hidden(
+        {"cart_sign_inverted": {}, "motor_lag": HIDDEN["motor_lag"]}, 1, SECONDS
+    )
+    assert move(recording).findings == ()
+
+
 def test_beside_other_physics_late_commands_are_seen_when_it_has_a_name() -> None:
     """The constants alone fit as badly with the commands either way."""
     recording, _ = record_hidden({"input_dead_zone": {"width": 0.04}}, 1, SECONDS)

@@ -2,7 +2,8 @@
 
 A log that writes down the last command beside new positions holds every command a sample late. A
 twin cannot answer a command before it comes, so that other physics takes the blame. With commands
-at the right samples the same twin fits many times better.
+at the right samples the same twin fits many times better, and worse again a sample further. A twin
+that is wrong otherwise may gain by earlier commands, too, but little by each sample.
 """
 
 from __future__ import annotations
@@ -31,23 +32,24 @@ MOST_SAMPLES = 10  # a command that is later is refused when the recording is re
 def move_late_commands(case: Case, split: Split, effects: tuple[str, ...], theta: Floats) -> Case:
     """Return the case with commands where they began to act; the case itself if they stand there.
 
+    The misfit over the samples by which commands are moved has to have a sharp minimum.
+
     effects, theta: of a twin to fit, (SIZE,).
     """
     if not (case.twin.rig.has_cart and np.any(case.signals.command)):
         return case
-    given = best = fit(case, split, effects, theta, HORIZONS[0]).choose
-    if given <= decisions.MISFIT_AT_NOISE:
+    moved, misfits = [case], [fit(case, split, effects, theta, HORIZONS[0]).choose]
+    if misfits[0] <= decisions.MISFIT_AT_NOISE:
         return case
-    late, moved = 0, case
-    while late < MOST_SAMPLES:
-        earlier = replace(case, recording=_move_commands_of(case.recording, late + 1))
-        misfit = fit(earlier, split, effects, theta, HORIZONS[0]).choose
-        if misfit >= best:
-            break
-        late, moved, best = late + 1, earlier, misfit
-    if best * decisions.FAULT_SURE_RATIO >= given:
+    while len(moved) <= MOST_SAMPLES and misfits[-1] == min(misfits):
+        moved.append(replace(case, recording=_move_commands_of(case.recording, len(moved))))
+        misfits.append(fit(moved[-1], split, effects, theta, HORIZONS[0]).choose)
+    late = len(moved) - 2
+    beside = min(misfits[late - 1], misfits[late + 1])
+    if late < 1 or misfits[late] * decisions.FAULT_SURE_RATIO >= beside:
         return case
-    return replace(moved, recording=_say_how_late(moved.recording, late, given / best))
+    gain = misfits[0] / misfits[late]
+    return replace(moved[late], recording=_say_how_late(moved[late].recording, late, gain))
 
 
 def move_commands(signals: Signals, samples: int) -> Signals:
