@@ -1,12 +1,14 @@
 """Commands that a recording holds late are moved back, and nothing else takes the blame."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from support.hidden_physics import HIDDEN, INTECO, record_hidden
 
 from pendulum_sysid.command_doubt import CommandDoubt
+from pendulum_sysid.finding import late_command
 from pendulum_sysid.finding.late_command import LATE, move_late_commands
 from pendulum_sysid.finding.settled_search import search_settled
 from pendulum_sysid.prepare import prepare
@@ -48,12 +50,24 @@ def test_a_drive_that_answers_late_moves_no_command(name: str) -> None:
     assert move(recording).findings == ()
 
 
-def test_a_wrong_sign_moves_no_command() -> None:
-    """Earlier commands help such a twin a little by each sample, in all by more than twice."""
-    recording, _ = record_hidden(
-        {"cart_sign_inverted": {}, "motor_lag": HIDDEN["motor_lag"]}, 1, SECONDS
-    )
-    assert move(recording).findings == ()
+@pytest.mark.parametrize(
+    ("misfits", "moves"),
+    [
+        ((9.95, 0.94, 10.4), 1),
+        ((58.8, 34.9, 12.8, 0.95, 13.0), 3),  # stamps 30 ms late
+        ((389.4, 360.2, 323.7, 277.7, 208.0, 100.1, 85.6, 103.3), 0),  # INTECO, a sign wrong
+        ((1.4, 0.6, 1.4), 0),  # at the noise
+    ],
+)
+def test_a_sharp_minimum_says_how_late_commands_are(
+    misfits: tuple[float, ...], moves: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A twin that is wrong otherwise gains by earlier commands, but little by each sample."""
+    prepared = prepare([record_hidden({}, 1, 5.0)[0]], INTECO)
+    left = iter(misfits)
+    monkeypatch.setattr(late_command, "fit", lambda *_: SimpleNamespace(choose=next(left)))
+    moved = move_late_commands(prepared.case, prepared.split, (), make_theta(INTECO)).recording
+    assert [fault.count for fault in moved.findings] == ([moves] if moves else [])
 
 
 def test_beside_other_physics_late_commands_are_seen_when_it_has_a_name() -> None:
