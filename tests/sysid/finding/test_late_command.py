@@ -63,7 +63,7 @@ def test_a_sharp_minimum_says_how_late_commands_are(
     misfits: tuple[float, ...], moves: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A twin that is wrong otherwise gains by earlier commands, but little by each sample."""
-    prepared = prepare([record_hidden({}, 1, 5.0)[0]], INTECO)
+    prepared = prepare([record_hidden({}, 1, SECONDS)[0]], INTECO)
     left = iter(misfits)
     monkeypatch.setattr(late_command, "fit", lambda *_: SimpleNamespace(choose=next(left)))
     moved = move_late_commands(prepared.case, prepared.split, (), make_theta(INTECO)).recording
