@@ -26,7 +26,7 @@ BY_A_ROW = (
     "--command-acts before, or record commands as they are sent"
 )
 BY_STAMPS = "Do commands and positions have stamps of one clock? Record commands as they are sent"
-MOST_SAMPLES = 10  # a command that is later is refused when the recording is read (`causality`)
+MOST_SAMPLES = 10  # time; `check_causality` refuses a recording whose commands are far later
 
 
 def move_late_commands(case: Case, split: Split, effects: tuple[str, ...], theta: Floats) -> Case:
