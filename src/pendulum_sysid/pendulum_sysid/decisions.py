@@ -215,7 +215,6 @@ COMMAND_FAR_OFF = 2.0  # of typical power; a window so far off the twin may hold
 COMMAND_MOST_TYPICAL = 100.0  # of noise power; a twin further off in typical windows lacks physics
 COMMAND_MOST_LEFT = 0.1  # of power beyond the typical; else it is no command that was wrong
 COMMAND_TIMES_RATIO = 0.97  # ratio; of unexplained acceleration: a timing is clearly right
-ANSWERS_RATIO = 0.998  # ratio; the same, for commands that answer samples: 10 nats in a minute
 LONGEST_LATENCY_S = 1.0  # s; from publishing to receiving; a longer time is of two clocks
 COMMAND_DIFFERS = 0.01  # of full PWM; from which on a sent command is another command
 COMMAND_CROSSING_S = 0.005  # s; by which a command may be sent after it is chosen

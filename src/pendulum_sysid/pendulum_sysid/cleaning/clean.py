@@ -158,10 +158,10 @@ def _set_command_times(
     settled, doubt = settle_commands(answering, smoothed, arrivals, bounds)
     if np.array_equal(nearest.command, retimed.command):
         return settled, spread_s, doubt
-    best = min((settled, answering), key=measure)
-    if measure(best) < decisions.ANSWERS_RATIO * measure(retimed):
-        return best, spread_s, doubt if best is settled else unsettled.pick_doubtful()
-    return retimed, spread_s, None
+    best = min((settled, answering, retimed), key=measure)
+    if best is retimed:
+        return retimed, spread_s, None
+    return best, spread_s, doubt if best is settled else unsettled.pick_doubtful()
 
 
 def _list_commands(raw: RawRecording) -> tuple[Floats, Floats]:

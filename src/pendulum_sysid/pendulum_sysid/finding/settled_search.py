@@ -16,6 +16,7 @@ from pendulum_sysid.finding.search import Answer, search_effects
 from pendulum_sysid.finding.signs import fit_parameters_alone
 from pendulum_sysid.fitting.acting_commands import settle_by_twin
 from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.trimmed_fit import fit_to_better_half
 from pendulum_sysid.records import Split
 from pendulum_twin.arrays import Floats
 from pendulum_twin.parameter_vector import make_theta
@@ -52,4 +53,7 @@ def settle_commands(case: Case, split: Split, effects: tuple[str, ...], theta: F
 
     effects, theta: of the twin, (SIZE,).
     """
-    return settle_by_twin(move_late_commands(case, split, effects, theta), theta)
+    case = move_late_commands(case, split, effects, theta)
+    if case.recording.doubt is None:
+        return case
+    return settle_by_twin(case, fit_to_better_half(case, effects, theta))

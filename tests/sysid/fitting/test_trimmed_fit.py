@@ -1,0 +1,71 @@
+"""A fit to the better half of the windows holds where commands spoil many of the others."""
+
+from dataclasses import replace
+
+import numpy as np
+from support.doubtful_commands import HELD, exchange_some, record_answers
+from support.made_recordings import made
+
+from pendulum_sysid.cleaning.clean import clean_recording
+from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.fit import HORIZONS
+from pendulum_sysid.fitting.gauss_newton import solve
+from pendulum_sysid.fitting.parameters import list_free_parameters
+from pendulum_sysid.fitting.trimmed_fit import fit_to_better_half
+from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
+from pendulum_sysid.prepare import prepare_case
+from pendulum_twin.arrays import Floats
+from pendulum_twin.model import Twin
+from pendulum_twin.parameter_vector import make_theta
+
+EFFECTS = tuple(HELD.effects)
+TRUE = make_theta(HELD)
+
+
+def fit_to_all(case: Case) -> Floats:
+    """Return theta fitted to all short windows, from the truth."""
+    windows = cut_windows(case.signals, case.state, WINDOW_S / HORIZONS[0], WINDOW_S / HORIZONS[0])
+    free = list_free_parameters(case.twin, EFFECTS, case.scales)
+    return solve(case.problem(windows), TRUE, free).theta
+
+
+def measure_off(case: Case, theta: Floats) -> float:
+    """Return the largest relative error of a constant or size."""
+    free = list_free_parameters(case.twin, EFFECTS, case.scales)
+    return max(abs(p.get(theta) / p.get(TRUE) - 1.0) for p in free)
+
+
+def test_the_better_half_holds_where_commands_count_a_sample_off() -> None:
+    raw, _ = record_answers(HELD)
+    case = exchange_some(prepare_case([clean_recording(raw)], HELD), 0.2)
+    bent = fit_to_all(case)
+    trimmed = fit_to_better_half(case, EFFECTS, bent)
+    before, after = measure_off(case, bent), measure_off(case, trimmed)
+    print(f"off by {before:.2%}, by the better half {after:.2%}")
+    assert before > 0.02
+    assert after < 0.2 * before
+
+
+def test_windows_in_which_the_cart_rests_are_not_the_better_half() -> None:
+    """The cart stands still for two thirds of the time, where nothing can be off."""
+    raw, _ = record_answers(HELD)
+    third = len(raw.command) // 3
+    rest = raw.command.copy()
+    rest[third:] = 0.0
+    still, _ = record_answers(HELD, rest - raw.command)
+    case = prepare_case([clean_recording(replace(still, command=rest))], HELD)
+    case = exchange_some(case, 0.3)
+    bent = fit_to_all(case)
+    trimmed = fit_to_better_half(case, EFFECTS, bent)
+    before, after = measure_off(case, bent), measure_off(case, trimmed)
+    print(f"off by {before:.2%}, by the better half {after:.2%}")
+    assert before > 0.02
+    assert after < 0.2 * before
+
+
+def test_a_cart_that_never_moves_changes_nothing() -> None:
+    twin = Twin("pole", replace(HELD.rig, force_per_pwm_n=1e-9))
+    case = prepare_case([made(HELD)], HELD)
+    still = replace(case, state=replace(case.state, states=np.zeros_like(case.state.states)))
+    theta = make_theta(twin)
+    assert fit_to_better_half(still, EFFECTS, theta) is theta
