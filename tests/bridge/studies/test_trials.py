@@ -12,6 +12,7 @@ from pendulum_bridge.emulator.rest import COUNT
 from pendulum_bridge.emulator.seal import open_seal
 from pendulum_bridge.emulator.unlisted.table import TABLE as UNLISTED
 from pendulum_bridge.studies import trials
+from pendulum_bridge.studies.trial.controller import BEGIN_S
 from pendulum_bridge.studies.trial.mix import (
     EFFECTS_OF_KIND,
     USUAL_SHARES,
@@ -155,7 +156,7 @@ def test_how_it_was_made_is_written_down(tmp_path, capsys) -> None:
     seed = content.pop("seed")
     assert content == {
         "schema": "pendulum_trial/1", "kind": "pair", "pole_counts": 1024,
-        "seconds": 40.0, "closed_loop": True,
+        "seconds": 40.0, "closed_loop": True, "relay": False,
         "size_factor": 0.5, "pairs": False,
     }  # fmt: skip
     assert isinstance(seed, int)
@@ -164,6 +165,16 @@ def test_how_it_was_made_is_written_down(tmp_path, capsys) -> None:
     assert (
         np.max(np.abs(np.array(states)[:, 1] / (2 * np.pi / 1024) % 1 - 0.5)) > 0.499
     )  # whole counts
+
+
+def test_a_relay_knows_three_commands(tmp_path) -> None:
+    options = ("--effects", "cart_coulomb_friction", "--relay")
+    assert run_trials("--out", str(tmp_path), "--trials", "1", "--seed", "5", *options) == 0
+    content = json.loads((tmp_path / "trial_0000" / "trial.json").read_text())
+    assert content["relay"] and content["closed_loop"]
+    commands = np.array(read_contents(tmp_path / "trial_0000")[1])
+    after = commands[round(BEGIN_S * 100) + 1 :]  # the push that shows the signs has ended
+    assert len(np.unique(after)) == 3 and np.all(np.unique(after) == [-0.3, 0.0, 0.3])
 
 
 def test_a_rig_with_a_rest_is_recorded_twice(tmp_path, capsys) -> None:

@@ -89,9 +89,9 @@ def record_trial(trial: Trial, nominal: Twin, options: argparse.Namespace) -> Pa
 def _record_log(trial: Trial, nominal: Twin, options: argparse.Namespace) -> Log:
     rate_hz = options.rate_hz if options.plan is None else read_plan(options.plan).rate_hz
     rig = EmulatedRig(trial.concealed, rate_hz, Encoders(options.pole_counts), trial.seed)
-    if options.closed_loop:
+    if options.closed_loop or options.relay:
         controller = Controller(
-            make_tuning(nominal.rig, options.seconds, rig.period_s, trial.seed)
+            make_tuning(nominal.rig, options.seconds, rig.period_s, trial.seed, options.relay)
         )
         return record_rig(rig, controller, round(options.seconds * options.rate_hz))
     room = make_envelope(nominal.rig)
@@ -107,7 +107,8 @@ def _describe_trial(trial: Trial, options: argparse.Namespace) -> dict[str, obje
         "seed": trial.seed,
         "pole_counts": options.pole_counts,
         "seconds": options.seconds,
-        "closed_loop": options.closed_loop,
+        "closed_loop": options.closed_loop or options.relay,
+        "relay": options.relay,
         "size_factor": options.size_factor,
         "pairs": options.pairs,
     }
@@ -225,6 +226,11 @@ def _add_motion(parser: Parser) -> None:
         "--closed-loop",
         action="store_true",
         help="record a controller at work instead of the standard plan",
+    )
+    parser.add_argument(
+        "--relay",
+        action="store_true",
+        help="as --closed-loop, with a controller that knows full left, none and full right alone",
     )
     parser.add_argument(
         "--pairs",

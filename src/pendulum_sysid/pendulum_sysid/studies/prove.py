@@ -51,6 +51,7 @@ def make_plan(arguments: argparse.Namespace) -> Plan:
         pole_counts=arguments.pole_counts,
         seconds=arguments.seconds,
         closed_loop=arguments.closed_loop,
+        relay=arguments.relay,
         pairs=arguments.pairs,
         rest=arguments.rest,
         kinds=arguments.kinds,

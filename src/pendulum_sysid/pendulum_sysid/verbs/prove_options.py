@@ -64,6 +64,11 @@ def _add_recordings(verb: argparse.ArgumentParser) -> None:
         "--closed-loop", action="store_true", help="record a controller at work instead of a plan"
     )
     verb.add_argument(
+        "--relay",
+        action="store_true",
+        help="as --closed-loop, with a controller that knows full left, none and full right alone",
+    )
+    verb.add_argument(
         "--pairs",
         action="store_true",
         help="record and diagnose every rig a second time, under another plan",

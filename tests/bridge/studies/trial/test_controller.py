@@ -24,10 +24,16 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig
 
 
-def record_controller(concealed: Concealed, nominal: Rig, seed: int = 1, seconds: float = 60.0):
+def record_controller(
+    concealed: Concealed,
+    nominal: Rig,
+    seed: int = 1,
+    seconds: float = 60.0,
+    relay: bool = False,
+):
     """Return log, the cart's largest true distance from the middle, and samples of each mode."""
     rig = EmulatedRig(concealed, seed=seed, timestep_s=2e-3)
-    controller = Controller(make_tuning(nominal, seconds, rig.period_s, seed))
+    controller = Controller(make_tuning(nominal, seconds, rig.period_s, seed, relay))
     far, modes = [0.0], Counter()
 
     def control(sample: np.ndarray) -> float:
@@ -46,15 +52,26 @@ def test_it_does_all_of_its_work_on_the_rig_that_it_knows(nominal: Rig) -> None:
     assert np.max(np.abs(log.commands)) <= 0.5
 
 
+def test_a_relay_swings_up_and_catches_the_pole(nominal: Rig) -> None:
+    log, far, modes = record_controller(Concealed({}, nominal), nominal, relay=True)
+    assert far < 0.6 * nominal.rail_half_length_m
+    assert modes[Mode.BALANCE] > 100 and modes[Mode.FOLLOW] > 2000 and modes[Mode.SWING] > 100
+    upright = np.cos(np.array(log.positions)[:, 1]) > 0.95
+    assert np.mean(upright) > 0.05
+
+
+@pytest.mark.parametrize("relay", [False, True])
 @pytest.mark.parametrize("number", range(0, 20, 2))
-def test_the_cart_stays_on_the_rail_whatever_is_concealed(number: int, nominal: Rig) -> None:
+def test_the_cart_stays_on_the_rail_whatever_is_concealed(
+    number: int, relay: bool, nominal: Rig
+) -> None:
     trial = draw_trial(
         number,
         11,
         {kind: share for kind, share in USUAL_SHARES.items() if kind != "nothing"},
         nominal,
     )
-    log, far, _ = record_controller(trial.concealed, nominal, trial.seed)
+    log, far, _ = record_controller(trial.concealed, nominal, trial.seed, relay=relay)
     assert far < 0.8 * nominal.rail_half_length_m
     assert np.std(log.commands) > 0.03
 

@@ -14,6 +14,9 @@ The pole over a cart with acceleration a (ph from hanging; b = S/Jp, wn^2 = b g)
 * Follow: a weak spring and damper pull towards a slow course, with the plan's tones on top.
 In every mode a cart that would pass the free part of the rail returns to the middle first
 (`Mode.RETURN`).
+
+A relay controller follows the same modes and knows three commands alone: full left, none and full
+right (a relay with a dead band; Tsypkin, Relay Control Systems (1984), chapter 1).
 """
 
 from __future__ import annotations
@@ -45,6 +48,8 @@ CALM_S = 2.0  # of following after the pole was lost
 FREE, BACK = 0.5, 0.15
 BRAKING_S = 0.15  # how far ahead the cart's position is predicted
 RETURN_STIFFNESS, RETURN_DAMPING = 0.8, 0.3
+# Of a relay: its command as a share of the limit, and the share of that from which it switches on.
+RELAY_SIZE, RELAY_ON = 0.6, 0.25
 DITHER = {"follow": 0.8, "swing": 0.0, "balance": 0.25}  # of the plan's tones
 
 
@@ -69,6 +74,7 @@ class Tuning:
     damping: of the cart, 1/s.
     gains: of the acceleration, on pole angle from upright, pole rate, cart position and velocity.
     tones: (n,) the plan's commands, PWM fraction.
+    relay: whether the controller knows three commands alone.
     """
 
     period_s: float
@@ -78,6 +84,7 @@ class Tuning:
     damping: float
     gains: tuple[float, float, float, float]
     tones: Floats
+    relay: bool = False
 
 
 @dataclass(frozen=True)
@@ -102,11 +109,14 @@ class Stand:
     turn: int = 1
 
 
-def make_tuning(rig: Rig, seconds: float, period_s: float, seed: int) -> Tuning:
+def make_tuning(
+    rig: Rig, seconds: float, period_s: float, seed: int, relay: bool = False
+) -> Tuning:
     """Return the tuning for a nominal rig.
 
     seconds: length of the recording.
     seed: of the tones.
+    relay: whether the controller knows three commands alone.
     Raises BadInputError for a rig without cart, drive or rail length.
     """
     room = make_envelope(rig)
@@ -122,6 +132,7 @@ def make_tuning(rig: Rig, seconds: float, period_s: float, seed: int) -> Tuning:
         (rig.cart_viscous_n_s_m or 0.0) / rig.total_mass_kg,
         _place_poles(coupling, coupling * rig.gravity_m_s2),
         waveforms.make_tones(room, np.random.default_rng(seed))(times),
+        relay,
     )
 
 
@@ -153,7 +164,14 @@ def compute_control(stand: Stand, sample: Floats, tuning: Tuning) -> tuple[Stand
         stand = replace(stand, calm_until=stand.k + round(CALM_S / tuning.period_s))
     limit = tuning.room.limit
     command = min(max(_compute_command(stand, (x, ph, v, w), tuning), -limit), limit)
+    if tuning.relay and stand.mode is not Mode.PUSH:
+        command = _switch(command, RELAY_SIZE * limit)
     return replace(stand, k=stand.k + 1), command
+
+
+def _switch(command: float, size: float) -> float:
+    """Return the relay's command for a command: size either way, or 0."""
+    return 0.0 if abs(command) < RELAY_ON * size else math.copysign(size, command)
 
 
 def _observe_push(stand: Stand, x: float, th: float, tuning: Tuning) -> Stand:

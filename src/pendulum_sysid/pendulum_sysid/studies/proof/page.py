@@ -125,6 +125,7 @@ def format_command(plan: Plan) -> str:
     }
     flags = {
         "--closed-loop": plan.closed_loop,
+        "--relay": plan.relay,
         "--pairs": plan.pairs,
         "--rest": plan.rest,
         "--rivals": bool(plan.rivals),

@@ -33,6 +33,7 @@ class Plan:
     pole_counts: counts a turn of the pole's encoder.
     seconds: length of each recording, s.
     closed_loop: whether to record a controller at work instead of the standard plan.
+    relay: whether that controller knows three commands alone.
     pairs: whether every rig is recorded and diagnosed a second time, under another plan.
     rest: whether small physics that nobody asks for is always on, as on real rigs.
     kinds: "KIND:SHARE,...".
@@ -48,6 +49,7 @@ class Plan:
     pole_counts: int | None = None
     seconds: float | None = None
     closed_loop: bool = False
+    relay: bool = False
     pairs: bool = False
     rest: bool = False
     kinds: str | None = None
@@ -78,6 +80,7 @@ class Plan:
         ]
         flags = {
             "--closed-loop": self.closed_loop,
+            "--relay": self.relay,
             "--pairs": self.pairs,
             "--rest": self.rest,
         }

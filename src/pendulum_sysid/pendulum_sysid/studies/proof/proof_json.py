@@ -33,7 +33,7 @@ from pendulum_sysid.studies.proof.statistics import (
 from pendulum_sysid.studies.proof.targets import Target, check_targets
 
 SCHEMA = "pendulum_proof/1"
-TRIAL_KEYS = ("kind", "seed", "pole_counts", "seconds", "closed_loop", "size_factor")
+TRIAL_KEYS = ("kind", "seed", "pole_counts", "seconds", "closed_loop", "relay", "size_factor")
 
 
 def make_proof_mapping(

@@ -32,6 +32,7 @@ def read_trial(folder: Path) -> OpenedTrial:
             seal=seal,
             other=folder / "other" if (folder / "other").is_dir() else None,
             pairs=bool(content.get("pairs", False)),
+            relay=bool(content.get("relay", False)),
         )
     except MALFORMED as error:
         raise BadInputError(

@@ -93,6 +93,7 @@ class OpenedTrial:
     pole_counts: counts a turn of the pole's encoder.
     seconds: the recording's length, s.
     closed_loop: whether a controller was recorded at work instead of a plan.
+    relay: whether that controller knows three commands alone.
     size_factor: what every drawn size was multiplied by.
     seal: the truth.
     other: the folder of a second recording, of the same rig under another plan; None for none.
@@ -111,6 +112,7 @@ class OpenedTrial:
     seal: Seal
     other: Path | None = None
     pairs: bool = False
+    relay: bool = False
 
 
 @dataclass(frozen=True)
