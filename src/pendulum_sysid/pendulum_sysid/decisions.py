@@ -214,6 +214,7 @@ COMMAND_FARTHER_NATS = 50.0  # nats a period; more, off the middle, and for a cl
 COMMAND_FAR_OFF = 2.0  # of typical power; a window so far off the twin may hold a wrong command
 COMMAND_MOST_TYPICAL = 100.0  # of noise power; a twin further off in typical windows lacks physics
 COMMAND_MOST_LEFT = 0.1  # of power beyond the typical; else it is no command that was wrong
+COMMAND_MOST_UNEXPLAINED = 0.1  # of windows; that a busy computer spoils for good
 COMMAND_TIMES_RATIO = 0.97  # ratio; of unexplained acceleration: a timing is clearly right
 LONGEST_LATENCY_S = 1.0  # s; from publishing to receiving; a longer time is of two clocks
 COMMAND_DIFFERS = 0.01  # of full PWM; from which on a sent command is another command

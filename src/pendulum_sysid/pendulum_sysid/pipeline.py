@@ -98,8 +98,8 @@ def diagnose_prepared(prepared: Prepared, progress: Progress, began: float) -> V
     """
     recording = prepared.case.recording
     progress(f"{recording.name}: {len(prepared.case.signals)} samples")
-    case, answer = search_settled(prepared.case, prepared.split, progress)
-    prepared = replace(prepared, case=case)
+    case, split, answer = search_settled(prepared.case, prepared.split, progress)
+    prepared = replace(prepared, case=case, split=split)
     findings = explain_answer(prepared, answer, progress)
     verdict = make_verdict(findings, case.recording, time.monotonic() - began)
     overlays = draw_overlays(findings.before["held_out"], findings.after["held_out"])

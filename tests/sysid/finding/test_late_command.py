@@ -74,7 +74,7 @@ def test_beside_other_physics_late_commands_are_seen_when_it_has_a_name() -> Non
     """The constants alone fit as badly with the commands either way."""
     recording, _ = record_hidden({"input_dead_zone": {"width": 0.04}}, 1, SECONDS)
     prepared = prepare([delay_log(recording, 1)], INTECO)
-    case, answer = search_settled(prepared.case, prepared.split)
+    case, _, answer = search_settled(prepared.case, prepared.split)
     assert [(f.kind, f.count) for f in case.recording.findings] == [(LATE, 1)]
     assert answer.best.effects == ("input_dead_zone",)
 

@@ -16,7 +16,9 @@ from pendulum_sysid.finding.search import Answer, search_effects
 from pendulum_sysid.finding.signs import fit_parameters_alone
 from pendulum_sysid.fitting.acting_commands import settle_by_twin
 from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.split import split_windows
 from pendulum_sysid.fitting.trimmed_fit import fit_to_better_half
+from pendulum_sysid.fitting.unexplained_windows import leave_out_unexplained
 from pendulum_sysid.records import Split
 from pendulum_twin.arrays import Floats
 from pendulum_twin.parameter_vector import make_theta
@@ -27,8 +29,8 @@ SETTLING = "asking from which samples on the commands acted"
 
 def search_settled(
     case: Case, split: Split, report: Progress = report_nothing
-) -> tuple[Case, Answer]:
-    """Return the case with doubtful commands settled, and what its twin lacks.
+) -> tuple[Case, Split, Answer]:
+    """Return the case with doubtful commands settled, its windows, and what its twin lacks.
 
     report: takes a line of progress for a person.
     """
@@ -40,20 +42,28 @@ def search_settled(
     answer = search_effects(case, split, report)
     for _ in range(TURNS):
         report(SETTLING)
-        settled = settle_commands(case, split, answer.best.effects, answer.best.theta)
+        settled, windows = settle_commands(case, split, answer.best.effects, answer.best.theta)
         if settled is case:
             break
-        case = settled
+        case, split = settled, windows
         answer = search_effects(case, split, report)
-    return case, answer
+    return case, split, answer
 
 
-def settle_commands(case: Case, split: Split, effects: tuple[str, ...], theta: Floats) -> Case:
-    """Return the case with commands where the twin says; the case itself if none changes.
+def settle_commands(
+    case: Case, split: Split, effects: tuple[str, ...], theta: Floats
+) -> tuple[Case, Split]:
+    """Return the case with commands where the twin says, and its windows.
+
+    Where nothing changes they are those that were given. Windows go that no command explains.
 
     effects, theta: of the twin, (SIZE,).
     """
-    case = move_late_commands(case, split, effects, theta)
-    if case.recording.doubt is None:
-        return case
-    return settle_by_twin(case, fit_to_better_half(case, effects, theta))
+    moved = move_late_commands(case, split, effects, theta)
+    if moved.recording.doubt is None:
+        return moved, split
+    trimmed = fit_to_better_half(moved, effects, theta)
+    settled = leave_out_unexplained(settle_by_twin(moved, trimmed), trimmed)
+    if settled is case:
+        return case, split
+    return settled, split_windows(settled.signals, settled.state)

@@ -72,7 +72,7 @@ def settle_by_twin(case: Case, theta: Floats) -> Case:
     if before is None or doubt is None or case.signals.parts is not None or not len(windows):
         return case
     at = _assign(before, windows)
-    settled, seen = case, _look(case, theta, windows)
+    settled, seen = case, follow_windows(case, theta, windows)
     if seen.typical > decisions.COMMAND_MOST_TYPICAL:
         return case
     off = seen.power - seen.typical
@@ -86,7 +86,7 @@ def settle_by_twin(case: Case, theta: Floats) -> Case:
             break
         doubt = doubt.choose(rows[best], options[best])
         settled = _put_in(settled, doubt)
-        seen = _look(settled, theta, windows)
+        seen = follow_windows(settled, theta, windows)
     unexplained = np.flatnonzero(
         (seen.power - seen.typical > decisions.COMMAND_MOST_LEFT * off)[at]
     )
@@ -109,8 +109,8 @@ def _assign(doubt: CommandDoubt, windows: Windows) -> Ints:
     return np.where((number >= 0) & within, number, NOWHERE)
 
 
-def _look(case: Case, theta: Floats, windows: Windows) -> Seen:
-    """Run the twin through the windows from fitted start states."""
+def follow_windows(case: Case, theta: Floats, windows: Windows) -> Seen:
+    """Run the twin theta (SIZE,) through the windows from fitted start states."""
     problem = case.problem(windows)
     starts = refine_start_states(problem, theta).start_states
     varied = list_varied(problem)

@@ -76,11 +76,12 @@ def _finish(arguments: argparse.Namespace) -> Finished:
     case, windows = prepared.case, prepared.split
     if earlier is not None:
         arguments.progress.report("fitting what the verdict names")
-        case = settle_commands(case, windows, earlier.effects, make_theta(earlier.twin))
-        near = fit(case, windows, earlier.effects, make_theta(earlier.twin), HORIZONS[0])
+        theta = make_theta(earlier.twin)
+        case, windows = settle_commands(case, windows, earlier.effects, theta)
+        near = fit(case, windows, earlier.effects, theta, HORIZONS[0])
         best = take_intervals(fit_over_horizon(case, windows, near, HORIZONS[-1]), earlier)
         return Finished(case, windows, best, find_ties(case, windows, best, earlier.rivals))
-    case, answer = search_settled(case, windows, arguments.progress.report)
+    case, windows, answer = search_settled(case, windows, arguments.progress.report)
     return Finished(case, windows, answer.best, answer.ties)
 
 
