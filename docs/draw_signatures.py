@@ -1,4 +1,4 @@
-"""Write docs/catalogue.md and a picture of each effect's signature; `--check` only compares text.
+"""Write docs/catalogue.md and a picture of each effect's signature.
 
 A twin of config/inteco.yaml is driven by a chirp, without the effect and with it, at the strongest
 that `rig_emulator` conceals. The third panel is what a diagnosis sees: the force, or torque, that
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import sys
 import textwrap
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +17,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
+from program_options import make_parser
 
 from pendulum_bridge.emulator.conceal import BY_NAME as CONCEALABLE
 from pendulum_twin.effects import CATALOGUE
@@ -195,9 +197,11 @@ def wrap(text: str) -> str:
     return textwrap.fill(text, 99, break_long_words=False, break_on_hyphens=False)
 
 
-def main() -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Write or check; return 1 when the page is not what the catalogue says."""
-    if "--check" in sys.argv:
+    parser = make_parser("draw_signatures", __doc__, "", "--check")
+    parser.add_argument("--check", action="store_true", help="write nothing, compare the page")
+    if parser.parse_args(arguments).check:
         return int(PAGE.read_text(encoding="utf-8") != write_page())
     base = load_twin(DOCS.parent / "config" / "inteco.yaml")
     for effect in CATALOGUE:
