@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from support.made_recordings import INTECO, made, made_bag
 from support.paths import ROOT
+from test_architecture import FLOORS
 
 from pendulum_bridge.emulator.conceal import draw_concealed
 from pendulum_sysid.cli import MODULES
@@ -99,6 +100,12 @@ def test_the_demo_of_the_readme_shows_what_its_seed_conceals() -> None:
 )
 def test_twin_files_load_and_bear_their_name(file: Path) -> None:
     assert load_twin(file).name == file.stem
+
+
+def test_the_order_of_rooms_is_that_of_the_rules() -> None:
+    design = (ROOT / "DESIGN.md").read_text(encoding="utf-8")
+    order = re.search(r"`(\w+(?:\s<\s\w+)+)`", design)
+    assert order is not None and tuple(re.split(r"\s<\s", order[1])) == FLOORS
 
 
 def test_the_drawing_of_rooms_is_current() -> None:
