@@ -3,15 +3,17 @@
 A room is a folder or a file of the package. The entrances open every room and are not drawn. An
 arrow that other arrows imply is left out: a room may also import what its rooms import.
 
-Run as `python docs/draw_rooms.py` after a change of imports. With `--check` the program writes
-nothing, and its exit status is 1 if the drawing is out of date.
+Run the program after a change of imports. With --check it writes nothing, and its exit status is 1
+if the drawing is out of date.
 """
 
 from __future__ import annotations
 
-import argparse
 import ast
+from collections.abc import Sequence
 from pathlib import Path
+
+from program_options import make_parser
 
 ROOT = Path(__file__).parents[1]
 DESIGN = ROOT / "DESIGN.md"
@@ -62,11 +64,11 @@ def draw_rooms(imports: Imports) -> str:
     return "\n".join(["```mermaid", "flowchart TD", *arrows, "```", ""])
 
 
-def main() -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Write the drawing, or check it; return the exit status."""
-    parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False)
+    parser = make_parser("draw_rooms", __doc__, "", "--check")
     parser.add_argument("--check", action="store_true", help="write nothing, compare")
-    check = parser.parse_args().check
+    check = parser.parse_args(arguments).check
     design = DESIGN.read_text(encoding="utf-8")
     head, tail = design.split(BEGIN)[0], design.split(END)[1]
     drawing = draw_rooms(collect_imports(ROOT / "src" / PACKAGE / PACKAGE))

@@ -1,4 +1,4 @@
-"""Write docs/catalogue.md and a picture of each effect's signature; `--check` only compares text.
+"""Write docs/catalogue.md and pictures of the effects' signatures, or check that they are new.
 
 A twin of config/inteco.yaml is driven by a chirp, without the effect and with it, at the strongest
 that `rig_emulator` conceals. The third panel is what a diagnosis sees: the force, or torque, that
@@ -7,19 +7,23 @@ the motion with the effect needs beyond the twin's, over the variable that it de
 
 from __future__ import annotations
 
+import json
 import sys
 import textwrap
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
+from program_options import make_parser
 
 from pendulum_bridge.emulator.conceal import BY_NAME as CONCEALABLE
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect, Place
+from pendulum_twin.files import compute_digest
 from pendulum_twin.inverse_dynamics import compute_missing_force
 from pendulum_twin.model import Twin, load_twin
 from pendulum_twin.parameter_vector import make_theta
@@ -28,6 +32,8 @@ from pendulum_twin.simulation import Simulation, simulate
 
 DOCS = Path(__file__).resolve().parent
 PAGE, PICTURES = DOCS / "catalogue.md", DOCS / "images" / "effects"
+SHOWN = PICTURES / "shown.json"  # what the pictures show: a law that changed differs from it
+ALIKE = 0.01  # of a figure there, up to which it is the same: other processors round otherwise
 PERIOD_S, SECONDS, AMPLITUDE = 0.01, 12.0, 0.3  # of the chirp, 0.6 to 1.8 Hz; the limit is 0.5
 GREY, BLUE, DPI = "#9a9a9a", "#1f6fb4", 90
 Values = NDArray[np.float64]
@@ -54,6 +60,7 @@ OVER_POSITION = (
     "position_scale",
     "eccentric_pulley",
 )
+AT_CART = ("cart_sign_inverted", "position_scale", "eccentric_pulley", "sensor_delay")  # sensors
 OVER_RATE = ("pole_coulomb_friction", "pole_quadratic_drag", "angle_delay")
 OVER_TIME = (
     "gain_drift",
@@ -109,28 +116,57 @@ def measure_force(motion: Simulation, command: Values, twin: Twin) -> tuple[Valu
     return compute_missing_force(signals, states, accelerations, make_theta(twin))
 
 
-def draw(effect: Effect, base: Twin) -> None:
-    """Write the picture of an effect's signature."""
+@dataclass(frozen=True)
+class Signature:
+    """Hold what a picture shows.
+
+    grey, blue: the motion without the effect and with it, at the times t, s.
+    force: that the blue motion lacks, N, or the torque, N m, if it is the pole's.
+    shown: which samples of it.
+    """
+
+    grey: Simulation
+    blue: Simulation
+    t: Values
+    command: Values
+    force: Values
+    shown: NDArray[np.bool_]
+    is_torque: bool
+
+    def summarise(self) -> list[float]:
+        """Return what the effect changes: cart, pole, missing force, as root mean squares."""
+        moved = (self.blue.cart - self.grey.cart, self.blue.pole - self.grey.pole)
+        parts = (*moved, self.force[self.shown])
+        return [float(f"{np.sqrt(np.mean(part**2)):.5g}") for part in parts]
+
+
+def compute_signature(effect: Effect, base: Twin) -> Signature:
+    """Run a twin without an effect and with it."""
     beside = BESIDE.get(effect.name, {})
     without = replace(base, effects=beside)
     with_it = replace(base, effects={**beside, effect.name: choose_sizes(effect)})
     (grey, t, command), (blue, _, _) = run(without), run(with_it)
     force, counts = measure_force(blue, command, without)
-    joint = 1 if effect.place in (Place.POLE, Place.SENSOR) else 0
-    if effect.name in ("cart_sign_inverted", "position_scale", "eccentric_pulley", "sensor_delay"):
-        joint = 0
-    variable, label = choose_variable(effect, blue, t, command)
+    is_torque = effect.place in (Place.POLE, Place.SENSOR) and effect.name not in AT_CART
+    shown = counts & (t > 0.1)
+    return Signature(grey, blue, t, command, force[:, int(is_torque)], shown, is_torque)
+
+
+def draw(effect: Effect, signature: Signature) -> Path:
+    """Write the picture of an effect's signature; return its file."""
+    t, blue, shown = signature.t, signature.blue, signature.shown
+    variable, label = choose_variable(effect, blue, t, signature.command)
     figure, (left, middle, right) = plt.subplots(1, 3, figsize=(9.6, 2.3), layout="constrained")
     for axes, name, unit in ((left, "cart", "m"), (middle, "pole", "rad")):
-        axes.plot(t, getattr(grey, name), color=GREY, lw=1.4, ls="--")
+        axes.plot(t, getattr(signature.grey, name), color=GREY, lw=1.4, ls="--")
         axes.plot(t, getattr(blue, name), color=BLUE, lw=1.4)
         axes.set(xlabel="time, s", ylabel=f"{name}, {unit}")
-    shown = counts & (t > 0.1)
-    spread = np.quantile(np.abs(force[shown, joint]), 0.99) or 1.0
-    right.plot(variable[shown], force[shown, joint], ".", color=BLUE, ms=2.5)
+    force = signature.force[shown]
+    spread = np.quantile(np.abs(force), 0.99) or 1.0
+    right.plot(variable[shown], force, ".", color=BLUE, ms=2.5)
     right.set(
         xlabel=label,
-        ylabel="torque, N m" if joint else "force, N",
+        ylabel="torque, N m" if signature.is_torque else "force, N",
         ylim=(-1.3 * spread, 1.3 * spread),
     )
     for axes in (left, middle, right):
@@ -141,6 +177,7 @@ def draw(effect: Effect, base: Twin) -> None:
     figure.savefig(file, dpi=DPI)
     Image.open(file).convert("RGB").quantize(32).save(file, optimize=True)
     plt.close(figure)
+    return file
 
 
 def choose_variable(
@@ -195,13 +232,39 @@ def wrap(text: str) -> str:
     return textwrap.fill(text, 99, break_long_words=False, break_on_hyphens=False)
 
 
-def main() -> int:
-    """Write or check; return 1 when the page is not what the catalogue says."""
-    if "--check" in sys.argv:
-        return int(PAGE.read_text(encoding="utf-8") != write_page())
-    base = load_twin(DOCS.parent / "config" / "inteco.yaml")
+def list_stale(base: Twin) -> list[str]:
+    """Return the effects whose law no longer makes what their picture shows."""
+    kept = json.loads(SHOWN.read_text(encoding="utf-8"))
+    stale = []
     for effect in CATALOGUE:
-        draw(effect, base)
+        old, file = kept.get(effect.name, {}), PICTURES / f"{effect.name}.png"
+        is_same = file.is_file() and old.get("picture") == compute_digest([file])
+        if is_same:
+            now = compute_signature(effect, base).summarise()
+            is_same = np.allclose(now, old["changes"], rtol=ALIKE, atol=1e-9)
+        if not is_same:
+            stale.append(effect.name)
+    return stale
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write or check; return 1 when page or pictures are not what the catalogue says."""
+    parser = make_parser("draw_signatures", __doc__, "", "--check")
+    parser.add_argument("--check", action="store_true", help="write nothing, say what is stale")
+    base = load_twin(DOCS.parent / "config" / "inteco.yaml")
+    if parser.parse_args(arguments).check:
+        stale = list_stale(base)
+        if PAGE.read_text(encoding="utf-8") != write_page():
+            stale.insert(0, PAGE.name)
+        print("\n".join(stale), end="\n" if stale else "")
+        return int(bool(stale))
+    shown = {}
+    for effect in CATALOGUE:
+        signature = compute_signature(effect, base)
+        picture = compute_digest([draw(effect, signature)])
+        shown[effect.name] = {"changes": signature.summarise(), "picture": picture}
+    lines = (f"{json.dumps(name)}: {json.dumps(entry)}" for name, entry in shown.items())
+    SHOWN.write_text("{" + ",\n ".join(lines) + "}\n", encoding="utf-8")
     PAGE.write_text(write_page(), encoding="utf-8")
     return 0
 

@@ -41,11 +41,15 @@ PIXELS_A_MM = 96 / 25.4  # of a page in a browser
 
 def main() -> None:
     """Take the pictures that were asked for."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--report", type=Path, metavar="REPORT.html")
+    parser = argparse.ArgumentParser(prog="screenshots", description=__doc__.splitlines()[0])
+    parser.add_argument("--report", type=Path, metavar="REPORT.html", help="a report to show")
     parser.add_argument("--page", metavar="URL", help="address of a live page")
     parser.add_argument("--out", type=Path, default=IMAGES, help="default: docs/images")
     arguments = parser.parse_args()
+    if not arguments.report and not arguments.page:
+        parser.error("expected --report or --page, found neither")
+    if arguments.report and not arguments.report.is_file():
+        parser.error(f"--report: expected a report, found no file {arguments.report}")
     arguments.out.mkdir(parents=True, exist_ok=True)
     chromium = shutil.which("chromium") or shutil.which("google-chrome")
     with sync_playwright() as playwright:

@@ -1,7 +1,4 @@
-"""Measure what `docs/fleet.md` says of the engine: scaling, kills, another cluster.
-
-Run as `python docs/study_fleet.py OUT [STUDY ...]`; OUT gets recordings and stores.
-"""
+"""Measure what `docs/fleet.md` says of the engine: scaling, kills, another cluster."""
 
 from __future__ import annotations
 
@@ -14,7 +11,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -22,8 +19,10 @@ from typing import Any
 import pandas as pd
 import yaml
 from fleet_recordings import RIGS, TABLE, link_some, make_thousand
+from program_options import make_parser
 
 from pendulum_sysid.fleet.store import Store
+from pendulum_twin.command_line import run_command
 
 DIAGNOSED_A_RIG = 4  # recordings of the study of diagnoses
 BY_CHANCE = ["written_at", "batch", "cpu_s"]  # columns that differ from run to run
@@ -133,7 +132,7 @@ def compare_workers(folder: Path, stores: Path, *more: str) -> tuple[float, floa
 
 def list_workers(group: int) -> list[int]:
     """Return the worker processes of a process group: those that Dask's nannies spawned."""
-    found = []
+    workers = []
     for status in Path("/proc").glob("[0-9]*/stat"):
         try:
             fields = status.read_text().rsplit(")", 1)[1].split()
@@ -141,8 +140,8 @@ def list_workers(group: int) -> list[int]:
         except OSError:
             continue
         if int(fields[2]) == group and b"spawn_main" in command:
-            found.append(int(status.parent.name))
-    return found
+            workers.append(int(status.parent.name))
+    return workers
 
 
 def study_kills(out: Path) -> None:
@@ -223,20 +222,42 @@ STUDIES: dict[str, Callable[[Path], None]] = {
 }
 
 
-def run_studies(studies: Mapping[str, Callable[[Path], None]]) -> None:
-    """Run the studies that the command line names, or all."""
-    out, *wanted = sys.argv[1:]
-    Path(out).mkdir(parents=True, exist_ok=True)
-    for name in wanted or studies:
-        print(name, flush=True)
-        studies[name](Path(out))
+def parse_arguments(
+    program: str,
+    description: str | None,
+    studies: Mapping[str, Callable[[Path], None]],
+    arguments: Sequence[str] | None,
+) -> tuple[Path, list[str]]:
+    """Return the folder for what is made, and the studies that are chosen, by default all."""
+    first = next(iter(studies))
+    parser = make_parser(program, description, "out/fleet_study", f"out/fleet_study {first}")
+    add, every = parser.add_argument, "by default all: %(choices)s"
+    add("out", type=Path, metavar="OUT", help="folder for recordings and stores")
+    add("studies", nargs="*", metavar="STUDY", choices=list(studies), help=every)
+    given = parser.parse_args(arguments)
+    return given.out, given.studies or list(studies)
 
 
-def main() -> None:
+def run_studies(
+    program: str, out: Path, chosen: Sequence[str], studies: Mapping[str, Callable[[Path], None]]
+) -> int:
+    """Run the chosen studies; return the exit status."""
+
+    def run_each() -> None:
+        out.mkdir(parents=True, exist_ok=True)
+        for name in chosen:
+            print(name, flush=True)
+            studies[name](out)
+
+    return run_command(program, run_each, f"{out} holds what was made until then")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
     """Run the studies; the calm run that they compare with is of the same code."""
-    name_new_store(Path(sys.argv[1]), CALM_STORE)
-    run_studies(STUDIES)
+    out, chosen = parse_arguments("study_fleet", __doc__, STUDIES, arguments)
+    name_new_store(out, CALM_STORE)
+    return run_studies("study_fleet", out, chosen, STUDIES)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

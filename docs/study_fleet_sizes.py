@@ -1,16 +1,14 @@
-"""Measure what `docs/fleet.md` says of sizes: a history of sixty days, and what pooling gains.
-
-Run as `python docs/study_fleet_sizes.py OUT [STUDY ...]`; OUT gets recordings and stores.
-"""
+"""Measure what `docs/fleet.md` says of sizes: a history of sixty days, and what pooling gains."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 from fleet_recordings import CALM, CHANGED, VARIED, make_siblings, make_sixty_days
-from study_fleet import name_new_store, run, run_studies
+from study_fleet import name_new_store, parse_arguments, run, run_studies
 
 from pendulum_sysid.fleet.history import describe_history, read_histories
 from pendulum_sysid.fleet.pooling import DEVIATIONS, pool_estimates, pool_family
@@ -68,5 +66,12 @@ STUDIES: dict[str, Callable[[Path], None]] = {
     "pooling": study_pooling,
 }
 
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the studies; return the exit status."""
+    out, chosen = parse_arguments("study_fleet_sizes", __doc__, STUDIES, arguments)
+    return run_studies("study_fleet_sizes", out, chosen, STUDIES)
+
+
 if __name__ == "__main__":
-    run_studies(STUDIES)
+    sys.exit(main())

@@ -1,28 +1,29 @@
-"""Conceal known physics in recordings of real rigs: `study_injected.py RIGS OUT [RIG ...]`.
+"""Conceal known physics in recordings of real rigs, and diagnose them.
 
-RIGS is the folder of the recordings, OUT a folder for what is made of them. A recording is written
-anew as a rig would have written it that moved the same way and has one effect more: a sensor's
-effect changes what it read, an effect on the command changes what was logged for the command that
-acted, and a force on the cart is taken off the logged command. What a real rig leaves without a
-name stays in the recording, so that the answer is known beside a real rest. Prints the tables of
-docs/real_rigs.md.
+A recording is written anew as a rig would have written it that moved the same way and has one
+effect more: a sensor's effect changes what it read, an effect on the command changes what was
+logged for the command that acted, and a force on the cart is taken off the logged command. What a
+real rig leaves without a name stays in the recording, so that the answer is known beside a real
+rest. Prints the tables of docs/real_rigs.md.
 """
 
 from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from program_options import parse_study_of_rigs
 from study_real_rigs import RIGS
 
 import pendulum_sysid as ps
 from pendulum_sysid.cleaning.smooth_state import smooth_state
 from pendulum_sysid.finding.late_command import move_commands
 from pendulum_twin.arrays import Floats
+from pendulum_twin.command_line import run_command
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Form, Place
 from pendulum_twin.inverse_dynamics import evaluate_laws
@@ -141,13 +142,17 @@ def _describe(verdict: ps.Verdict, name: str) -> str:
     return f"`{name}` {', '.join(sizes)}"
 
 
-def main() -> None:
-    """Study the rigs that are named, or all."""
-    rigs, out, *wanted = sys.argv[1:]
-    Path(out).mkdir(parents=True, exist_ok=True)
-    for rig in wanted or PARTS:
-        study(rig, Path(rigs), Path(out))
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Study the rigs that are named, or all; return the exit status."""
+    given = parse_study_of_rigs("study_injected", __doc__, PARTS, arguments)
+
+    def study_each() -> None:
+        given.out.mkdir(parents=True, exist_ok=True)
+        for rig in given.names:
+            study(rig, given.rigs, given.out)
+
+    return run_command("study_injected", study_each, f"{given.out} holds what was made")
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

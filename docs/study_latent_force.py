@@ -1,9 +1,8 @@
 """Compare sizes fitted by free runs with sizes beside a latent force, and with a verdict's.
 
-Run as `python docs/study_latent_force.py PROOF [RIGS OUT]`, where `sysid prove --pairs --rest
---out PROOF` has recorded each concealed rig twice, RIGS holds recordings of real rigs, and OUT
-gets their parts. Each fit is given the same effects, on emulated rigs those that are concealed,
-and begins at the same sizes: what differs is the fit alone.
+`sysid prove --pairs --rest --out PROOF` has recorded each concealed rig twice. Each fit is given
+the same effects, on emulated rigs those that are concealed, and begins at the same sizes: what
+differs is the fit alone.
 """
 
 from __future__ import annotations
@@ -14,6 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from program_options import make_parser, read_folder
 from study_real_rigs import RIGS, measure
 
 import pendulum_sysid as ps
@@ -29,6 +29,7 @@ from pendulum_sysid.records import Estimate, Fit, Split
 from pendulum_sysid.studies.proof.read_trial import read_seal
 from pendulum_sysid.studies.proof.records import Seal
 from pendulum_sysid.studies.proof.sizes import compute_mass_scale
+from pendulum_twin.command_line import run_command
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.parameter_vector import SLOTS, make_theta
 from pendulum_twin.rig import UNITS
@@ -168,7 +169,25 @@ def study_rigs(rigs: Path, out: Path) -> None:
                 print(f"| {part} | `{parameter}` | {' | '.join(cells)} |", flush=True)
 
 
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Study the proof, and the real rigs if they are given; return the exit status."""
+    examples = ("out/pairs", "out/pairs recordings out/latent")
+    parser = make_parser("study_latent_force", __doc__, *examples)
+    add = parser.add_argument
+    add("proof", type=read_folder, metavar="PROOF", help="folder of the proof")
+    add("rigs", type=read_folder, nargs="?", metavar="RIGS", help="recordings of real rigs")
+    add("out", type=Path, nargs="?", metavar="OUT", help="folder for the parts of these")
+    given = parser.parse_args(arguments)
+    if given.rigs and not given.out:
+        parser.error("expected OUT after RIGS, found nothing")
+
+    def study_all() -> None:
+        study(given.proof)
+        if given.rigs:
+            study_rigs(given.rigs, given.out)
+
+    return run_command("study_latent_force", study_all, "what was printed stays right")
+
+
 if __name__ == "__main__":
-    study(Path(sys.argv[1]))
-    if sys.argv[2:]:
-        study_rigs(Path(sys.argv[2]), Path(sys.argv[3]))
+    sys.exit(main())

@@ -1,6 +1,6 @@
 """Diagnose the real rigs in parts, and run every part's twin on the parts that it has not seen.
 
-Run as `python docs/study_real_rigs.py RIGS OUT [RIG ...]`; OUT gets bags, twins and verdicts.
+Writes bags and verdicts, and prints the tables of docs/real_rigs.md.
 """
 
 from __future__ import annotations
@@ -8,14 +8,17 @@ from __future__ import annotations
 import json
 import sys
 import time
+from collections.abc import Sequence
 from contextlib import redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 
 from cut_recording import cut
+from program_options import parse_study_of_rigs
 
 import pendulum_sysid as ps
 from pendulum_sysid.cli import main as sysid
+from pendulum_twin.command_line import run_command
 
 QUANSER = "--time t --command u_applied --cart x --pole theta --pole-zero down"
 EMPS = "--time t --command vir --cart qm"
@@ -152,13 +155,17 @@ def measure(bags: list[str], twin: str | Path | ps.Twin) -> str:
     return ", ".join(f"{1e3 * error:.3g} {unit}" for error, unit in pairs if error is not None)
 
 
-def main() -> None:
-    """Study the rigs that are named, or all."""
-    rigs, out, *wanted = sys.argv[1:]
-    Path(out).mkdir(parents=True, exist_ok=True)
-    for name in wanted or RIGS:
-        study(name, RIGS[name](Path(rigs), Path(out)), Path(out))
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Study the rigs that are named, or all; return the exit status."""
+    given = parse_study_of_rigs("study_real_rigs", __doc__, RIGS, arguments)
+
+    def study_each() -> None:
+        given.out.mkdir(parents=True, exist_ok=True)
+        for name in given.names:
+            study(name, RIGS[name](given.rigs, given.out), given.out)
+
+    return run_command("study_real_rigs", study_each, f"{given.out} holds what was made")
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

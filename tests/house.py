@@ -3,6 +3,7 @@
 Run as `python tests/house.py`; `tests/test_names.py` keeps the numbers from getting worse.
 """
 
+import argparse
 import ast
 import os
 import subprocess
@@ -155,6 +156,7 @@ def count_tests() -> int:
 
 def main() -> None:
     """Print the numbers of the house."""
+    argparse.ArgumentParser(prog="house", description=__doc__).parse_args()
     packages = [measure_package(path.name) for path in sorted(SRC.glob("pendulum_*"))]
     for package in packages:
         share = 100 * package.verbs / package.functions

@@ -21,10 +21,11 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pendulum_sysid.api import compare, diagnose, fit, read_recording, replay
+    from pendulum_sysid.fitting.compare import Pair
     from pendulum_sysid.records import Comparison, Fit, Outcome, Recording
     from pendulum_sysid.verdict.record import Verdict
     from pendulum_twin.model import Twin, load_twin, save_twin
-    from pendulum_twin.simulation import simulate
+    from pendulum_twin.simulation import Simulation, simulate
 
 __version__ = "0.1.0"
 
@@ -32,7 +33,9 @@ __all__ = [
     "Comparison",
     "Fit",
     "Outcome",
+    "Pair",
     "Recording",
+    "Simulation",
     "Twin",
     "Verdict",
     "compare",
@@ -51,7 +54,8 @@ _HOMES = {
     ),
     "pendulum_sysid.records": ("Comparison", "Fit", "Outcome", "Recording"),
     "pendulum_sysid.verdict.record": ("Verdict",),
-    "pendulum_twin.simulation": ("simulate",),
+    "pendulum_sysid.fitting.compare": ("Pair",),
+    "pendulum_twin.simulation": ("Simulation", "simulate"),
     "pendulum_twin.model": ("Twin", "load_twin", "save_twin"),
 }  # fmt: skip
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}

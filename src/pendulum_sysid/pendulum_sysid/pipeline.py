@@ -143,8 +143,9 @@ def _plan_beside_laws(findings: Findings, split: Split, ties: Sequence[Tie]) -> 
 def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -> Findings:
     """Return the findings of all stages after the search, from which the verdict is written.
 
-    answer: what the search ended at; its fits are compared, on all three groups of windows, by
-        free runs, by the missing force that each leaves, and by the noise floor.
+    answer: what the search ended at; its fits are compared, on the windows that were learned from
+        and on those held out, by free runs, by the missing force that each leaves, and by the
+        noise floor.
     """
     progress(Stage.JUDGING)
     base, best = answer.base, answer.best

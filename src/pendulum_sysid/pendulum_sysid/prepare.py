@@ -32,7 +32,7 @@ class Prepared:
     """Hold recordings that can answer the question, as a case and its windows.
 
     case: the recordings as one, smoothed, and the twin without the joints that they lack.
-    split: windows to fit on, to choose on and to judge on.
+    split: windows to fit and to choose on, by cross-validation, and windows to judge on.
     doubts: sentences of the checks that leave in doubt whether the recordings are the rig's.
     """
 

@@ -174,12 +174,16 @@ class Windows:
 
 @dataclass(frozen=True)
 class Split:
-    """Hold the three groups of windows that are kept strictly apart.
+    """Hold the windows of a recording in three groups.
+
+    The search fits `train` and `choose` together (`learn`) and compares hypotheses by
+    cross-validation over both. No fit and no choice sees `held_out`. Rivals of the proof that
+    need windows to choose on apart from those of the fit keep the first two apart.
 
     Attributes:
-        train: windows to fit on.
-        choose: windows to choose between hypotheses on.
-        held_out: windows to judge on.
+        train: windows to fit on, half of all.
+        choose: windows to fit and to choose on, a quarter.
+        held_out: windows to judge on, a quarter.
     """
 
     train: Windows

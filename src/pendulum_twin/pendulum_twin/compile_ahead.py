@@ -2,8 +2,8 @@
 
 A compiler at work hears no signal for seconds. So a program that runs a live twin lets a child
 process compile, waits for it, and hears Ctrl-C meanwhile. The machine code is kept
-(`machine_code`), so that this happens once for all clones of the same sources. As a program,
-`python -m pendulum_twin.compile_ahead --all` compiles what the diagnosis of recordings needs, too.
+(`machine_code`), so that this happens once for all clones of the same sources. As a program, with
+--all, it compiles what the diagnosis of recordings needs, too.
 """
 
 from __future__ import annotations
@@ -14,10 +14,12 @@ import select
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
+from pendulum_twin.command_line import add_version
+from pendulum_twin.parser import Parser
 from pendulum_twin.stop_request import StopRequest
 
 LOOK_S = 0.1  # from one look for a signal or for the child's progress to the next
@@ -144,11 +146,15 @@ def _list_fitting_units() -> list[Callable[[], object]]:
     return [partial(run, laws) for laws in LAW_SETS]
 
 
-def main() -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Compile all units, print the progress, and leave the mark; return the exit status."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_DFL)  # end at once, and silently
-    wanted = ["live", "fitting"] if ALL in sys.argv[1:] else ["live"]
+    examples = (f"python -m {MODULE} {ALL}",)
+    parser = Parser(prog="compile_ahead", description=__doc__, examples=examples)
+    add_version(parser)
+    parser.add_argument(ALL, action="store_true", help="also what fits of recordings need")
+    wanted = ["live", "fitting"] if parser.parse_args(arguments).all else ["live"]
     units = {"live": _list_live_units, "fitting": _list_fitting_units}
     for what in wanted:
         mark = _find_mark(what)

@@ -8,9 +8,13 @@ from support.watched_rigs import HANGING, RATE_HZ, make_rig
 
 from pendulum_bridge.watch.noise import Noise, compute_scores, compute_step_scores, weigh
 from pendulum_bridge.watch.reading import Reader, Reading
-from pendulum_bridge.watch.signatures import make_signatures
+from pendulum_bridge.watch.signatures import find_steady_push, make_signatures
 from pendulum_bridge.watch.stream import History
+from pendulum_twin.free_runs import run_freely
 from pendulum_twin.model import Twin
+from pendulum_twin.parameter_vector import make_theta
+from pendulum_twin.rig import Rig
+from pendulum_twin.signals import Signals
 from pendulum_twin.stepper import Stepper
 
 SENSOR = np.array([2e-5, 5e-4])
@@ -148,3 +152,16 @@ def test_near_upright_a_window_counts_for_little() -> None:
         known.append(float(np.max(np.abs(reading.by_push))))
         assert np.all(np.isfinite(through))
     assert known[1] > known[0]
+
+
+def test_a_steady_push_accelerates_the_cart_by_its_size() -> None:
+    """The effect's own law says how large the push is."""
+    bare = Rig(cart_mass_kg=0.7, force_per_pwm_n=5.0, cart_viscous_n_s_m=0.0)
+    theta = make_theta(Twin("bare", bare))
+    place, size = find_steady_push(theta)
+    theta[place] += 2.0 * size
+    count, first = 101, np.zeros(1, dtype=np.int64)
+    nothing, valid = np.zeros(count), np.ones(count, dtype=bool)
+    signals = Signals(0.01, nothing, nothing, nothing, valid, valid)
+    states = run_freely(signals, theta[None], first, first, np.array([HANGING]), count)[0]
+    assert states[-1, 2] == pytest.approx(2.0, rel=1e-6)  # m/s after a second

@@ -41,8 +41,24 @@ ASKED = (
 
 
 @pytest.fixture(scope="module")
-def isolability() -> Isolability:
-    return predict_isolability(INTECO, slow(), Encoders(), ASKED)
+def progress() -> list[str]:
+    """Return the lines of progress, once the isolability is predicted."""
+    return []
+
+
+@pytest.fixture(scope="module")
+def isolability(progress: list[str]) -> Isolability:
+    return predict_isolability(INTECO, slow(), Encoders(), ASKED, progress.append)
+
+
+def test_each_effect_is_reported_as_its_turn_comes(
+    isolability: Isolability, progress: list[str]
+) -> None:
+    """The whole catalogue takes a minute of CPU."""
+    names = [row.effect for row in isolability.rows]
+    assert len(names) == len(ASKED) - 1  # this rig reports no velocities to filter
+    steps = [f"what looks like {name} ({k} of 9)" for k, name in enumerate(names, 1)]
+    assert progress[-9:] == steps
 
 
 @pytest.mark.parametrize(
@@ -163,10 +179,13 @@ def test_the_command_prints_a_table_and_json(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     calls = []
-    monkeypatch.setattr(
-        "pendulum_sysid.planning.isolability.predict_isolability",
-        lambda *arguments: (calls.append(arguments), isolability)[1],
-    )
+
+    def predict(*arguments, report) -> Isolability:
+        report("what looks like rail_tilt")
+        calls.append(arguments)
+        return isolability
+
+    monkeypatch.setattr("pendulum_sysid.planning.isolability.predict_isolability", predict)
     save_twin(INTECO, tmp_path / "twin.yaml")
     save_plan(SLOW, tmp_path / "plan.yaml")
     arguments = [
@@ -178,7 +197,8 @@ def test_the_command_prints_a_table_and_json(
         str(tmp_path / "plan.yaml"),
     ]
     assert main(arguments) == 0
-    said = capsys.readouterr().out
+    said, progress = capsys.readouterr()
+    assert "what looks like rail_tilt" in progress
     assert (
         "named from" in said
         and "sensor_delay (by no motion)" in said

@@ -4,13 +4,20 @@ from pathlib import Path
 
 import pytest
 from support.hidden_physics import HIDDEN, INTECO, record_hidden
+from support.paths import ROOT
 
 from pendulum_sysid import decisions
 from pendulum_sysid.studies.ablation import trial_verdict
 from pendulum_sysid.studies.ablation.__main__ import main as ablation
 from pendulum_sysid.studies.ablation.decision_list import Decision, Value, list_decisions
 from pendulum_sysid.studies.ablation.memory import Memory
-from pendulum_sysid.studies.ablation.table import list_idle, render_table
+from pendulum_sysid.studies.ablation.table import (
+    BEGIN,
+    END,
+    list_idle,
+    render_tables,
+    write_page,
+)
 from pendulum_sysid.studies.ablation.variation import (
     AS_IT_IS,
     Tried,
@@ -125,9 +132,39 @@ def test_the_table_counts_the_verdicts_that_change() -> None:
         Tried("t0", "SECOND", "off", "named", ("motor_lag",), True),
         Tried("t0", "NEVER", "up", "named", ("motor_lag",), False),
     ]
-    page = render_table(chosen, tried)
+    page = render_tables(chosen, tried)
     assert "| `FIRST` | 2 | s | a reason | 1 | 0 |" in page
     assert "| `SECOND` | on | s | a reason | 0 | - |" in page
     assert "| `NEVER` | 3 | s | a reason | - | - |" in page
     assert "| `FIRST` up | t0 | named: motor_lag | nothing_missing |" in page
     assert list_idle(chosen, tried) == ["SECOND"]
+
+
+def test_the_page_has_every_decision_as_it_is() -> None:
+    """After a change of `decisions.py` its row changes, too: by hand, or by `make ablate`."""
+    page = (ROOT / "docs" / "decisions.md").read_text(encoding="utf-8")
+    tables = page.split(BEGIN)[1].split(END)[0]
+    question, rows = "", []
+    for line in tables.splitlines():
+        question = line[3:] if line.startswith("## ") else question
+        if line.startswith("| `"):
+            rows.append((question, *line.strip("| ").split(" | ")[:4]))
+    assert rows == [(d.question, f"`{d.name}`", d.words, d.unit, d.why) for d in list_decisions()]
+
+
+def test_writing_the_tables_keeps_what_stands_around_them(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text(f"# Decisions\n\nBy hand.\n\n{BEGIN}old tables\n{END}\nBelow.\n")
+    write_page(page, "new tables\n")
+    assert page.read_text() == (f"# Decisions\n\nBy hand.\n\n{BEGIN}new tables\n{END}\nBelow.\n")
+    write_page(tmp_path / "fresh.md", "new tables\n")
+    assert (tmp_path / "fresh.md").read_text() == f"# Decisions\n\n{BEGIN}new tables\n{END}"
+
+
+def test_a_page_without_marks_is_not_overwritten(tmp_path: Path, capsys) -> None:
+    page = tmp_path / "page.md"
+    page.write_text("# Notes\n")
+    words = ["--trials", str(tmp_path), "--out", str(page), "--numbers", "1", "--processes", "1"]
+    assert ablation(["--kept", str(tmp_path / "kept.jsonl"), *words]) == 1
+    assert "expected the marks" in capsys.readouterr().err
+    assert page.read_text() == "# Notes\n"

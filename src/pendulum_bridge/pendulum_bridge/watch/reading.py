@@ -17,6 +17,7 @@ from pendulum_bridge.watch.signatures import (
     Signature,
     compute_full_force_n,
     compute_full_torque_n_m,
+    find_steady_push,
     make_probes,
 )
 from pendulum_bridge.watch.stream import History
@@ -33,10 +34,8 @@ from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import (
     COUPLING,
     FORCE_PER_PWM,
-    GRAVITY,
     INERTIA,
     MASS,
-    SLOTS,
     make_theta,
 )
 from pendulum_twin.rig import Rig
@@ -53,7 +52,6 @@ LEAST_START_SAMPLES = 6  # for the cubic
 IDLE_SHARE = 0.02  # of the largest acceleration: below it nothing counts as active
 PUSH_SHARE = 0.03  # of the activity: size of the pushes from which their effect is computed
 MOTION_FACTOR = 10.0  # times a sensor's deviation: range of a joint that moves
-TILT = SLOTS["rail_tilt"].start  # a rail's tilt times g is an acceleration of the cart
 POSITIONS = (0, 1)  # of cart and pole in a state (x, th, v, w); their rates stand 2 further
 
 
@@ -275,7 +273,8 @@ class Reader:
         pushes = way * PUSH_SHARE * activity[0]
         kicks = np.full(len(turned), PUSH_SHARE * activity[1] * PUSH_SPACING_S)
         theta = np.repeat(self._theta[:1], len(when), axis=0)
-        theta[: len(forced), TILT] += pushes / max(theta[0, GRAVITY], 0.1)
+        place, size = find_steady_push(theta[0])
+        theta[: len(forced), place] += pushes * size
         starts = path[when]
         starts[len(forced) :, 3] += kicks
         later = runs.run_later(when, starts, theta, self.samples + 1)

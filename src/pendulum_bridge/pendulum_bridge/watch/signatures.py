@@ -13,13 +13,22 @@ from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Place
 from pendulum_twin.effects.load_put_on import put_load_on
 from pendulum_twin.model import Twin
-from pendulum_twin.parameter_vector import BASE, COUPLING, INERTIA, MASS, MOMENT, SLOTS
+from pendulum_twin.parameter_vector import (
+    BASE,
+    COUPLING,
+    GRAVITY,
+    INERTIA,
+    MASS,
+    MOMENT,
+    SLOTS,
+)
 from pendulum_twin.rig import RANGES, UNITS, Rig
 
 WORTH_FORCE_SHARE = (
     0.015  # of the drive's largest force: change of the cart's force worth an alarm
 )
 WORTH_TORQUE_SHARE = 0.004  # of the pole's largest weight: change of its torque worth an alarm
+LEAST_GRAVITY_M_S2 = 0.1  # below which a tilt is no push of a usual size
 PROBE_SIZE = 2.0  # in units of what is worth an alarm: size at which a run's change is computed
 
 
@@ -295,6 +304,20 @@ def make_probes(theta: Floats, bank: tuple[Signature, ...]) -> Floats:
     for k, signature in enumerate(bank):
         rows[1 + k, signature.theta] += PROBE_SIZE * signature.worth * signature.per_unit
     return rows
+
+
+def find_steady_push(theta: Floats) -> tuple[int, float]:
+    """Return where a twin's theta (SIZE,) holds a steady push of the cart, and its size.
+
+    The size accelerates the whole moving mass by 1 m/s^2. Where nothing weighs anything the size
+    is that of a tenth of a m/s^2 of gravity, which pushes nothing.
+    """
+    (kind,) = (k for k in KINDS if k.place is Place.CART and k.variable == "constant")
+    effect, constants = BY_NAME[kind.effect], {"mass_kg": 1.0}
+    constants["gravity_m_s2"] = max(float(theta[GRAVITY]), LEAST_GRAVITY_M_S2)
+    place = SLOTS[kind.effect].start + [p.name for p in effect.parameters].index(kind.parameter)
+    at_rest = (0.0, 0.0, 0.0, 0.0)
+    return place, 1.0 / effect.law(*at_rest, *(constants[c] for c in effect.constants), 1.0)
 
 
 def collect_worths(bank: tuple[Signature, ...]) -> Floats:

@@ -47,7 +47,7 @@ class Search:
     """Hold what stays the same during a search.
 
     case: the recording and the twin to start from.
-    split: windows to fit on, to choose on and to judge on.
+    split: windows to fit and to choose on, by cross-validation, and windows to judge on.
     journal: the fits tried so far.
     is_pole_alone: whether the case is the pole by itself, its axis moved as recorded.
     """

@@ -21,7 +21,12 @@ EVERY_S = 0.5
 
 @dataclass(frozen=True)
 class Pair:
-    """Hold how two twins do on the same windows of one recording."""
+    """Hold how two twins do on the same windows of one recording, the first twin first.
+
+    Attributes:
+        comparisons: what `replay` says of each twin.
+        runs: their runs through the windows, and the squared errors of these.
+    """
 
     comparisons: tuple[Comparison, Comparison]
     runs: tuple[WindowRuns, WindowRuns]

@@ -21,6 +21,7 @@ from pendulum_sysid.finding.hypotheses import (
     list_possible_effects,
     make_shapes,
 )
+from pendulum_sysid.finding.journal import Progress, report_nothing
 from pendulum_sysid.finding.separation import (
     NOTHING,
     Columns,
@@ -116,16 +117,22 @@ class Isolability:
 
 
 def predict_isolability(
-    twin: Twin, plan: Excitation, encoders: Encoders, rows: Collection[str] | None = None
+    twin: Twin,
+    plan: Excitation,
+    encoders: Encoders,
+    rows: Collection[str] | None = None,
+    report: Progress = report_nothing,
 ) -> Isolability:
     """Predict what a recording of a plan on a rig like this twin can find and tell apart.
 
     encoders: resolution of the rig's sensors.
     rows: names of the effects; None for all that the rig can have and the twin has not.
+    report: takes a line of progress.
 
     Raises BadInputError when the twin's cart would leave the rail, or the plan is too short to be
     cut into windows.
     """
+    report("playing the plan on the twin")
     theta = make_theta(twin)
     (run,) = _play_twins(twin, theta[None], plan, encoders)
     farthest = _check_on_rail(run, twin)
@@ -143,12 +150,13 @@ def predict_isolability(
     needed = compute_naming_threshold(
         int(decisions.DECIDING_SHARE * len(case.signals)) * len(case.noise)
     )
+    report(f"sizes from which {len(middle)} effects show")
     detectable, nameable = (
         _find_shares(problem, theta, free, power, middle, columns, errors)
         for errors in (decisions.VISIBLE_STANDARD_ERRORS, needed)
     )
     runs = _play_twins(twin, thetas, plan, encoders)
-    inseparable = _find_inseparable(case, problem, power, free, middle, runs)
+    inseparable = _find_inseparable(case, problem, power, free, middle, runs, report)
     distances = _compute_distances(columns, len(middle))
     lines = zip(distances.tolist(), middle, detectable, nameable, inseparable, strict=True)
     effect_rows = tuple(_make_row(*line, encoders) for line in lines)
@@ -182,11 +190,13 @@ def _find_inseparable(
     free: tuple[Free, ...],
     middle: tuple[Shape, ...],
     runs: list[Signals],
+    report: Progress,
 ) -> list[tuple[str, ...]]:
     """Return, for each effect at its typical size, the effects that its own run cannot exclude."""
     effects, given = list_possible_effects(case.twin.rig), tuple(case.twin.effects)
     inseparable = []
-    for shape, run in zip(middle, runs, strict=True):
+    for k, (shape, run) in enumerate(zip(middle, runs, strict=True)):
+        report(f"what looks like {shape.effect.name} ({k + 1} of {len(middle)})")
         state = smooth_state(run)
         windows = replace(problem.windows, start_states=state.states[problem.windows.begin])
         own = replace(problem, signals=run, windows=windows)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import hashlib
 import sys
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -26,6 +25,7 @@ from pendulum_sysid.verbs.recordings import read_recordings
 from pendulum_sysid.verbs.said import ANSWERED, Colour, paint, print_answer, say
 from pendulum_sysid.verdict.drawn import Origin
 from pendulum_sysid.verdict.record import Verdict
+from pendulum_twin.files import compute_digest
 from pendulum_twin.model import load_twin, save_twin
 from pendulum_twin.plans.plan_file import parse_plan, save_plan
 from pendulum_twin.user_effects import list_effect_folders
@@ -66,7 +66,7 @@ def describe_origin(arguments: argparse.Namespace) -> Origin:
         version=__version__,
         recordings=tuple(str(path) for path in arguments.bag),
         twin=str(arguments.twin),
-        twin_digest=f"sha256:{hashlib.sha256(arguments.twin.read_bytes()).hexdigest()}",
+        twin_digest=compute_digest([arguments.twin]),
         folder=str(arguments.out),
         topics=tuple(word for name, topic in options.items() if topic for word in (name, topic)),
         constants=tuple(arguments.hold),

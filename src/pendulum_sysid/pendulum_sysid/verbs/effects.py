@@ -40,7 +40,10 @@ def _print_isolability(arguments: argparse.Namespace) -> int:
         else load_plan(arguments.plan, room)
     )
     answer = predict_isolability(
-        twin, plan, Encoders(arguments.pole_counts, arguments.cart_step_m)
+        twin,
+        plan,
+        Encoders(arguments.pole_counts, arguments.cart_step_m),
+        report=arguments.progress.report,
     )
     print_answer(arguments, lambda: make_isolability_mapping(answer), format_isolability(answer))
     return ANSWERED

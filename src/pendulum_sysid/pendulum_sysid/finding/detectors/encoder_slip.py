@@ -113,6 +113,7 @@ def _measure_jumps(signals: Signals, noise_rad: float, width: int) -> tuple[Floa
     jump = np.where(usable, jump, 0.0)
     usual = noise_rad * float(np.sqrt(2 * np.sum(weights**2)))
     if usable.sum() > reach:  # few places say nothing about the motion's usual disagreement
+        # by hand: scipy.stats takes 0.4 s to import, and no other part of a diagnosis needs it
         usual = max(usual, 1.4826 * float(np.median(np.abs(jump[usable]))))
     return jump, np.abs(jump) / usual
 

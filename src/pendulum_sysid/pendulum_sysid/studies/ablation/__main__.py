@@ -14,7 +14,12 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
 from pendulum_sysid.studies.ablation.decision_list import list_decisions
-from pendulum_sysid.studies.ablation.table import list_idle, render_table
+from pendulum_sysid.studies.ablation.table import (
+    list_idle,
+    read_page,
+    render_tables,
+    write_page,
+)
 from pendulum_sysid.studies.ablation.variation import read_tried, vary_decisions
 from pendulum_twin.command_line import make_whole_reader, run_command
 from pendulum_twin.parser import Parser, add_common_options, complete
@@ -25,14 +30,16 @@ TRIALS = (2, 11, 6, 46, 38, 12, 45, 14, 4, 44)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Vary the decisions on the chosen trials, write the page, and print what changes nothing."""
+    """Vary decisions on the chosen trials, write the tables, and print what changes nothing."""
     given = parse_arguments(arguments)
     saved = f"{given.kept} holds what was tried: run the same command again to go on from there"
     return run_command("ablation", lambda: _vary(given), saved)
 
 
 def _vary(given: argparse.Namespace) -> int:
-    chosen = [d for d in list_decisions() if not given.only or d.name in given.only]
+    read_page(given.out)  # before the work: a page without marks is refused
+    listed = list_decisions()
+    chosen = [d for d in listed if not given.only or d.name in given.only]
     folders = [given.trials / f"trial_{number:04d}" for number in given.numbers]
     given.kept.parent.mkdir(parents=True, exist_ok=True)
     with ProcessPoolExecutor(given.processes) as pool:
@@ -41,7 +48,7 @@ def _vary(given: argparse.Namespace) -> int:
             future.result()
             if not given.quiet:
                 print(f"{futures[future].name} done", file=sys.stderr, flush=True)
-            given.out.write_text(render_table(chosen, read_tried(given.kept)), encoding="utf-8")
+            write_page(given.out, render_tables(listed, read_tried(given.kept)))
     idle = list_idle(chosen, read_tried(given.kept))
     print(f"{given.out}: {len(chosen)} decisions, {len(idle)} of them change no verdict")
     print("\n".join(idle))
@@ -59,7 +66,9 @@ def parse_arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
     )
     add_common_options(parser)
     parser.add_argument("--trials", type=Path, required=True, help="folder of kept trials")
-    parser.add_argument("--out", type=Path, required=True, help="the page to write, in Markdown")
+    parser.add_argument(
+        "--out", type=Path, required=True, help="the page of the tables, in Markdown"
+    )
     kept = Path("out/ablation.jsonl")
     parser.add_argument("--kept", type=Path, default=kept, help="what was tried")
     whole = make_whole_reader()
