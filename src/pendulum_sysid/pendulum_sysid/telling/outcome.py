@@ -8,9 +8,11 @@ from pendulum_sysid import decisions
 from pendulum_sysid.finding.detectors import Reading
 from pendulum_sysid.finding.localisation.shape_check import Misfit
 from pendulum_sysid.finding.search import Named
+from pendulum_sysid.finding.separation import find_stand_in
 from pendulum_sysid.finding.weights import WeighedSet
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.noise_floor import NoiseFloor
+from pendulum_sysid.fitting.parameters import list_rig_parameters
 from pendulum_sysid.fitting.predictions import LatentForce
 from pendulum_sysid.fitting.window_runs import WindowRuns
 from pendulum_sysid.measuring.naming import NamedCurve
@@ -205,9 +207,11 @@ def list_inseparable(effect: Named, findings: Findings) -> tuple[str, ...]:
     """Return the effects that this recording, or any motion at all, cannot tell from an effect."""
     rig = findings.case.twin.rig
     has_both = rig.has_cart and rig.has_pole
+    constants = list_rig_parameters(findings.case.twin)
     by_no_motion = (
         other.name
         for other in CATALOGUE
-        if other.shows_as == effect.effect and (has_both or not other.needs_both_joints)
+        if find_stand_in(other, constants) == effect.effect
+        and (has_both or not other.needs_both_joints)
     )
     return (*effect.inseparable_from, *by_no_motion)
