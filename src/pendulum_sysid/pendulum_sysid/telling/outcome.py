@@ -49,6 +49,8 @@ class Findings:
     needed: named effects that the twin needs beside laws that bring it to the noise.
     repeats: how much of the improved twin's error comes again; None where no motion does.
     wandering: the force that would make up for what the improved twin lacks; None at the noise.
+    given_stays: True where no other twin runs left-out windows better for sure: the improved twin
+        is the given twin then.
     """
 
     case: Case
@@ -74,6 +76,7 @@ class Findings:
     needed: tuple[str, ...] = ()
     repeats: Repeatability | None = None
     wandering: LatentForce | None = None
+    given_stays: bool = False
 
     @property
     def final(self) -> Fit:
