@@ -169,13 +169,13 @@ class NamesJudgement:
 class NameCounts:
     """Hold how many names of answers are false, and how many concealed effects have no name.
 
-    told: names in the answers.
+    names: in the answers.
     wrong: of these, names of what was not concealed.
     concealed: effects of the catalogue that were concealed, once for each answer.
     silent: of these, effects that the answers leave out.
     """
 
-    told: int = 0
+    names: int = 0
     wrong: int = 0
     concealed: int = 0
     silent: int = 0
@@ -183,7 +183,7 @@ class NameCounts:
     def __add__(self, other: NameCounts) -> NameCounts:
         """Return the counts of all answers of both."""
         return NameCounts(
-            self.told + other.told,
+            self.names + other.names,
             self.wrong + other.wrong,
             self.concealed + other.concealed,
             self.silent + other.silent,

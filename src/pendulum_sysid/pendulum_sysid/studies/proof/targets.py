@@ -146,7 +146,7 @@ def _list_name_targets(counts: NameCounts) -> list[Target]:
     """
     silent = Share(counts.silent, counts.concealed)
     return [
-        _require_at_most("wrong names, of all names told", counts.wrong, counts.told, MOST_WRONG),
+        _require_at_most("wrong names, of all names told", counts.wrong, counts.names, MOST_WRONG),
         Target(
             "silent: concealed effects without a name",
             *format_share(silent),
