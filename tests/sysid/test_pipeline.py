@@ -181,10 +181,12 @@ def measure_beside(
     laws: tuple[str, ...],
     is_unlike: bool = False,
     score: float = 1.0,
+    is_behind: bool = False,
 ) -> tuple[Findings, Findings]:
     """Return findings with a tilt that is sure beside these laws alone, before and after.
 
     score: of the twin with laws; without laws it is 2.
+    is_behind: whether the twin with laws surely runs held-out windows worse than the given twin.
     """
     tilt, size = "rail_tilt", "rail_tilt.angle_rad"
     law_fit = FitStandIn((tilt,), {size: Estimate(0.004, 0.003, 0.005)})
@@ -207,10 +209,11 @@ def measure_beside(
         run_parts=lambda case, split: run_at(score),
         localise=lambda *about: None,
         is_unlike=lambda findings: is_unlike,
+        is_surely_behind=lambda improved, given: is_behind,
     )
     names = (Named(tilt, Lead(2.0, 5.0)),)
     findings = Findings(CaseStandIn(), without, without, names, *[None] * 6)
-    findings = replace(findings, after=run_at(2.0))
+    findings = replace(findings, before=run_at(3.0), after=run_at(2.0))
     kept = measure_rest(findings, SimpleNamespace(held_out=None), lambda line: None)
     return findings, kept
 
@@ -237,6 +240,13 @@ def test_laws_that_leave_a_recording_unlike_its_rig_go(
     """
     findings, kept = measure_beside(monkeypatch, CART_LAW, is_unlike=True, score=score)
     assert (kept is findings) is goes
+
+
+def test_laws_with_which_a_twin_is_behind_the_given_twin_go(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    findings, kept = measure_beside(monkeypatch, CART_LAW, is_behind=True)
+    assert kept is findings
 
 
 @pytest.mark.parametrize("doubt", ["list_lesser_parts", "list_stand_ins"])

@@ -12,6 +12,11 @@ from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.finding.cancellation import list_cancelled
 from pendulum_sysid.finding.detectors import Use, read_effects
 from pendulum_sysid.finding.environments import measure_steadiness
+from pendulum_sysid.finding.given_twin import (
+    is_ahead_by_chance,
+    is_surely_behind,
+    take_given_twin,
+)
 from pendulum_sysid.finding.localisation.localise import localise
 from pendulum_sysid.finding.localisation.shape_check import (
     Misfit,
@@ -35,7 +40,7 @@ from pendulum_sysid.finding.whole_windows import measure_whole_windows
 from pendulum_sysid.fitting.blas_threads import use_one_blas_thread
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.latent_force import measure_latent_force
-from pendulum_sysid.fitting.noise_floor import NoiseFloor, measure_noise_floor
+from pendulum_sysid.fitting.noise_floor import is_at_noise, measure_noise_floor
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
 from pendulum_sysid.measuring.law_parts import give_parts_back
@@ -148,10 +153,15 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
         noise floor.
     """
     progress(Stage.JUDGING)
+    before, after = run_parts(case, split), run_parts(replace(case, twin=answer.best.twin), split)
+    behind = is_surely_behind(after["held_out"], before["held_out"])
+    given_stays = behind or is_ahead_by_chance(case, split, answer.best)
+    if given_stays:
+        answer = take_given_twin(case, split, answer)
+        after = run_parts(replace(case, twin=answer.best.twin), split)
     base, best = answer.base, answer.best
     names = [named.effect for named in answer.named]
     improved = replace(case, twin=best.twin)
-    before, after = run_parts(case, split), run_parts(improved, split)
     windows = cut_windows(case.signals, case.state, WINDOW_S)
     base_runs = run_windows(replace(case, twin=base.twin), windows)
     remainders = measure_remainders(case, best, base)
@@ -173,6 +183,7 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
         outweighed=is_outweighed(remainders),
         learned_misfit=learned_misfit,
         held_out_misfit=held_out_misfit,
+        given_stays=given_stays,
     )
     if decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE:
         return replace(findings, certain=read_effects(case, base.theta, Use.CERTAIN))
@@ -226,7 +237,10 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
         remains=localise(case, fit.theta, after["train"]),
         floor=measure_noise_floor(improved, fit.theta, split.held_out),
         law_misfits=law_misfits,
+        given_stays=False,
     )
+    if is_surely_behind(after["held_out"], findings.before["held_out"]):
+        return findings
     left = (with_laws.after["held_out"].score / findings.after["held_out"].score) ** 2
     explains = left < 1.0 - decisions.LEAST_EXPLAINED_SHARE
     return with_laws if explains or not is_unlike(with_laws) else findings
@@ -327,19 +341,6 @@ def ask_shapes_again(
         )
     )
     return (*kept, *(misfit for misfit in misfits if misfit.effect not in before))
-
-
-def is_at_noise(case: Case, split: Split, fit: Fit, floor: NoiseFloor | None) -> bool:
-    """Return whether a fit is at the noise, on windows that it has not seen, too.
-
-    Laws that were chosen by cross-validation can be there without what they stand for.
-
-    floor: what a perfect model reaches on the held-out windows; None where that is not known.
-    """
-    if floor is None or fit.choose > decisions.MISFIT_AT_NOISE:
-        return False
-    held_out = run_windows(replace(case, twin=fit.twin), split.held_out)
-    return held_out.typical <= decisions.MISFIT_AT_NOISE * floor.typical
 
 
 def run_parts(case: Case, split: Split) -> dict[str, WindowRuns]:

@@ -6,12 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.hidden_physics import HIDDEN, INTECO, record_hidden
+from support.made_recordings import made
 
 from pendulum_sysid import decisions
 from pendulum_sysid.finding import replication
 from pendulum_sysid.finding.replication import (
     Replication,
     compute_spreads,
+    divide_recordings,
     estimate_blocks,
     join_intervals,
     replicate_effects,
@@ -19,11 +21,10 @@ from pendulum_sysid.finding.replication import (
 )
 from pendulum_sysid.fitting.fit import HORIZONS, fit
 from pendulum_sysid.fitting.linearised import System
-from pendulum_sysid.fitting.noise_floor import measure_noise_floor
+from pendulum_sysid.fitting.noise_floor import is_at_noise, measure_noise_floor
 from pendulum_sysid.fitting.parameters import list_free_parameters
-from pendulum_sysid.pipeline import is_at_noise
 from pendulum_sysid.prepare import Prepared, prepare
-from pendulum_sysid.records import Fit
+from pendulum_sysid.records import Fit, Recording
 from pendulum_twin.parameter_vector import SLOTS, make_theta
 
 FRICTION = "cart_coulomb_friction"
@@ -54,6 +55,66 @@ def test_an_effect_that_is_not_there_is_not_lasting_or_not_asked() -> None:
 def test_one_of_three_is_not_lasting() -> None:
     assert not Replication(1, 3).is_lasting and not Replication(1, 2).is_lasting
     assert Replication(2, 3).is_lasting and Replication(1, 1).is_lasting
+
+
+def fit_effect(recordings: list[Recording], effect: str, *values: float) -> tuple[Prepared, Fit]:
+    prepared = prepare(recordings, INTECO)
+    theta = make_theta(prepared.case.twin)
+    theta[SLOTS[effect]] = values
+    return prepared, fit(prepared.case, prepared.split, (effect,), theta, HORIZONS[0])
+
+
+def record_friction(level_n: float, seed: int, seconds: float) -> Recording:
+    rig = replace(INTECO, effects={FRICTION: {"level_n": level_n}} if level_n else {})
+    return made(rig, seconds, 0.2, seed)
+
+
+@pytest.mark.parametrize(
+    ("levels", "counts", "lasts"),
+    [
+        ((0.4, 0.4), Replication(2, 2), True),
+        ((0.4, 0.0), Replication(1, 2), False),
+        ((0.4, 0.4, 0.0), Replication(2, 3), True),
+    ],
+    ids=["in both", "in the longer alone", "in two of three"],
+)
+def test_recordings_are_asked_one_by_one(
+    levels: tuple[float, ...], counts: Replication, lasts: bool
+) -> None:
+    """Thirds of the joined time would show what one long recording alone has."""
+    recordings = [
+        record_friction(level, seed, 24.0 if seed == 0 else 10.0)
+        for seed, level in enumerate(levels)
+    ]
+    prepared, fitted = fit_effect(recordings, FRICTION, 0.3)
+    shown = replicate_effects(prepared.case, prepared.split, fitted)[FRICTION]
+    assert shown == counts and shown.is_lasting is lasts
+
+
+def test_a_recording_that_cannot_show_an_effect_is_not_counted() -> None:
+    """No command of the second recording reaches the limit."""
+    rig = replace(INTECO, effects={"input_saturation": {"limit": 0.25}})
+    recordings = [made(rig, 20.0, 0.4), made(rig, 20.0, 0.15, seed=1)]
+    prepared, fitted = fit_effect(recordings, "input_saturation", 0.3)
+    shown = replicate_effects(prepared.case, prepared.split, fitted)["input_saturation"]
+    assert shown == Replication(1, 1) and shown.is_lasting
+
+
+def test_many_recordings_are_asked_in_thirds_of_the_recordings_and_one_in_thirds_of_time() -> None:
+    recordings = [made(INTECO, 6.0, 0.2, seed) for seed in range(5)]
+    prepared, fitted = fit_effect(recordings, FRICTION, 0.1)
+    case, learn = prepared.case, prepared.split.learn
+    parts = divide_recordings(case, prepared.split, fitted)
+    assert sorted(np.concatenate(parts)) == list(range(len(learn) * fitted.pieces))
+    stretch = np.repeat(learn.begin // len(recordings[0].signals), fitted.pieces)
+    assert [sorted(set(stretch[part])) for part in parts] == [[0, 1], [2, 3], [4]]
+    prepared, fitted = fit_friction((FRICTION,), 1)
+    sizes = [len(p) for p in divide_recordings(prepared.case, prepared.split, fitted)]
+    assert len(sizes) == 3 and max(sizes) - min(sizes) <= fitted.pieces
+    recording = prepared.case.recording
+    recording = replace(recording, signals=recording.signals.break_at([1000]))
+    broken = replace(prepared.case, recording=recording)
+    assert [len(p) for p in divide_recordings(broken, prepared.split, fitted)] == sizes
 
 
 def make_system(columns: np.ndarray, errors: np.ndarray) -> System:

@@ -54,6 +54,43 @@ def test_a_heavier_cart_is_said_and_not_a_pole_that_a_ruler_contradicts() -> Non
     assert "cart of 2 kg" in constant
 
 
+@pytest.mark.parametrize(
+    "known",
+    [("com_distance_m", "pole_inertia_kg_m2"), ("com_distance_m",), ("pole_inertia_kg_m2",)],
+)
+def test_a_known_pole_parts_a_wrong_clock_from_a_wrong_scale(known: tuple[str, ...]) -> None:
+    """The scale moves as the clock does only with another distance and another inertia."""
+    recording = made(INTECO, 20.0, 0.45)
+    short = replace(recording.signals, period_s=0.95 * recording.signals.period_s)
+    verdict = diagnose(replace(recording, signals=short), INTECO, hold=known)
+    (missing,) = verdict.missing_physics
+    assert missing.effect == "sample_period_error" and missing.cannot_be_told_from == ()
+    ratio = missing.parameters["ratio"]
+    assert ratio.low <= ratio.value <= ratio.high
+    assert ratio.value == pytest.approx(-0.05, abs=0.0005)
+
+
+def test_without_a_known_pole_a_wrong_clock_or_a_wrong_scale_is_named() -> None:
+    recording = made(INTECO, 20.0, 0.45)
+    short = replace(recording.signals, period_s=0.95 * recording.signals.period_s)
+    (missing,) = diagnose(replace(recording, signals=short), INTECO).missing_physics
+    assert {missing.effect, *missing.cannot_be_told_from} == {
+        "position_scale",
+        "sample_period_error",
+    }
+
+
+def test_a_known_pole_leaves_a_wrong_scale_a_wrong_scale() -> None:
+    recording = made(INTECO, 20.0, 0.3)
+    assert recording.signals.cart is not None
+    longer = replace(recording.signals, cart=1.05 * recording.signals.cart)
+    known = ("com_distance_m", "pole_inertia_kg_m2")
+    verdict = diagnose(replace(recording, signals=longer), INTECO, hold=known)
+    (missing,) = verdict.missing_physics
+    assert missing.effect == "position_scale" and missing.cannot_be_told_from == ()
+    assert missing.parameters["ratio"].value == pytest.approx(0.05, abs=0.002)
+
+
 def test_with_spreads_the_cart_takes_the_mass() -> None:
     believed = give_spreads(INTECO, cart_mass_kg=1.0, com_distance_m=1e-4, pole_inertia_kg_m2=2e-5)
     prepared = prepare([made(HEAVY, 20.0, 0.45)], believed)

@@ -6,10 +6,17 @@ import pytest
 from support.prove_trials import make_answer, make_judgement, make_seal, make_size, make_trial
 
 from pendulum_sysid.studies.proof.judge_pair import agree_in_names, judge_pair
-from pendulum_sysid.studies.proof.names import judge_names
-from pendulum_sysid.studies.proof.records import NamesOutcome, Seal, UnlistedEffect
+from pendulum_sysid.studies.proof.names import count_names, judge_names
+from pendulum_sysid.studies.proof.records import (
+    NameCounts,
+    NamesOutcome,
+    PairJudgement,
+    Seal,
+    UnlistedEffect,
+)
+from pendulum_sysid.studies.proof.share import Share
 from pendulum_sysid.studies.proof.statistics import count_pairs
-from pendulum_sysid.studies.proof.targets import check_targets
+from pendulum_sysid.studies.proof.targets import NO_TARGET, WITHOUT_REST, check_targets
 
 COULOMB, DELAY, LAG = "cart_coulomb_friction", "input_delay", "motor_lag"
 TRUTH = Seal({COULOMB: {"level_n": 0.5}}, make_seal().rig)
@@ -85,3 +92,72 @@ def test_where_a_rest_is_always_on_it_may_be_said_and_not_be_named() -> None:
     assert judge_names(nothing, alarm).outcome is NamesOutcome.FALSE_ALARM
     assert judge_names(one, alarm).outcome is NamesOutcome.RIGHT
     assert judge_names(one, unexplained).outcome is NamesOutcome.MISSED
+
+
+def make_pair(answer) -> PairJudgement:
+    return PairJudgement(answer, True, (), (), 30.0, 12.0)
+
+
+REST = (UnlistedEffect("gain_along_rail", "drive", ("command", "cart_position")),)
+TWO = make_seal(COULOMB, DELAY)
+
+
+@pytest.mark.parametrize(
+    ("seal", "answer", "counts"),
+    [
+        (TWO, make_answer(COULOMB, DELAY), NameCounts(2, 0, 2, 0)),
+        (TWO, make_answer(COULOMB), NameCounts(1, 0, 2, 1)),
+        (TWO, make_answer(COULOMB, LAG), NameCounts(2, 1, 2, 1)),
+        (TWO, make_answer(COULOMB, LAG, ties={LAG: (DELAY,)}), NameCounts(2, 0, 2, 0)),
+        (TWO, make_answer(error="crash"), NameCounts(0, 0, 2, 2)),
+        (make_seal(), make_answer(LAG), NameCounts(1, 1, 0, 0)),
+        (make_seal(unlisted=REST), make_answer(outcome="not_in_catalogue"), NameCounts()),
+        (
+            make_seal(unlisted=REST),
+            make_answer("cart_sign_inverted", LAG, outcome="not_in_catalogue"),
+            NameCounts(2, 1, 0, 0),
+        ),
+    ],
+    ids=["right", "silent", "wrong", "tied", "crash", "alarm", "unlisted", "sign beside unlisted"],
+)
+def test_wrong_names_are_counted_apart_from_silent_effects(seal, answer, counts) -> None:
+    assert count_names(seal, answer) == counts
+
+
+def test_names_of_both_recordings_count() -> None:
+    trial = make_trial(COULOMB, DELAY)
+    judged = [
+        make_judgement(trial, make_answer(COULOMB, DELAY), pair=make_pair(make_answer(COULOMB))),
+        make_judgement(trial, make_answer(COULOMB, DELAY), pair=make_pair(make_answer(LAG))),
+        make_judgement(make_trial(), make_answer()),
+    ]
+    rows = {target.what: target for target in check_targets(judged)}
+    wrong = rows["wrong names, of all names told"]
+    assert wrong.share == Share(1, 6) and wrong.target == "at most 2 %" and wrong.met is False
+    silent = rows["silent: concealed effects without a name"]
+    assert silent.share == Share(3, 8) and silent.met is None and silent.target == NO_TARGET
+    alone = {target.what: target for target in check_targets([replace(judged[1], pair=None)])}
+    assert alone["wrong names, of all names told"].share == Share(0, 2)
+    assert alone["wrong names, of all names told"].met
+
+
+def test_rows_whose_targets_are_not_meant_for_rigs_with_a_rest_say_so() -> None:
+    trial = replace(make_trial(COULOMB), seal=replace(TRUTH, rest=REST))
+    judged = [make_judgement(trial, make_answer(), pair=make_pair(make_answer(COULOMB)))]
+    rows = {target.what: target for target in check_targets(judged)}
+    aside = [what for what, target in rows.items() if target.target == WITHOUT_REST]
+    assert aside == [
+        "one effect: named right",
+        "two effects: named right",
+        "three effects: named right",
+        "four effects: named right",
+        "sizes: relative error",
+        "95 % intervals that hold the truth",
+        "held-out score / the oracle fit's",
+    ]
+    assert all(rows[what].met is None for what in aside)
+    assert rows["one effect: named right"].share == Share(0, 1)  # the figure stays
+    assert rows["two recordings of a rig: names agree"].target == "at least 90 %"
+    assert rows["wrong names, of all names told"].met
+    plain = make_judgement(make_trial(COULOMB), make_answer())
+    assert not [t for t in check_targets([plain]) if t.target == WITHOUT_REST]

@@ -104,7 +104,9 @@ def screen_effects(question: ExchangeQuestion, effects: Sequence[Effect]) -> lis
     it is nearer.
     """
     effect = question.effect
-    others = [e for e in effects if is_rival(e, effect) and e.name not in question.others]
+    others = [
+        e for e in effects if is_rival(e, effect, question.free) and e.name not in question.others
+    ]
     question = question.pick_windows(decisions.SCREENING_WINDOWS)
     nearest: dict[str | None, Tie] = {}
     for tie in (*_view_from_afar(question, others), *_view_from_near(question, others)):

@@ -15,7 +15,7 @@ from pendulum_sysid.finding.separation import (
     pick_deciding_windows,
 )
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.parameters import list_free_parameters
+from pendulum_sysid.fitting.parameters import list_free_parameters, list_rig_parameters
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Form
@@ -39,7 +39,7 @@ def find_ties(
     sure = compute_naming_threshold(int(sum(fit.counts.sum(axis=0))))
     new = [name for name in fit.effects if name not in case.twin.effects]
     for name in [n for n in new if BY_NAME[n].form is not Form.REPORT]:
-        doubles = list_doubles(BY_NAME[name])
+        doubles = list_doubles(BY_NAME[name], list_rig_parameters(case.twin))
         ties += [Tie(name, e.name, 0.0, fit.theta, by_no_motion=True) for e in doubles]
         as_good = also.get(name, ())
         near = find_near_effects(

@@ -16,9 +16,15 @@ import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.detectors import find_start_detector
+from pendulum_sysid.finding.separation import find_stand_in
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.linearised import System, linearise
-from pendulum_sysid.fitting.parameters import Free, compute_size, list_free_parameters
+from pendulum_sysid.fitting.parameters import (
+    Free,
+    compute_size,
+    list_free_parameters,
+    list_rig_parameters,
+)
 from pendulum_sysid.fitting.windows import shorten_windows
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Floats
@@ -40,6 +46,7 @@ SEARCHED_FORMS = (
     Form.PATH_FORCE,
     Form.DRY_RATIO,
     Form.MEASURE,
+    Form.CLOCK,
     Form.LATE,
 )
 
@@ -169,13 +176,14 @@ def put_effect(effect: Effect, known: Sequence[str]) -> tuple[str, ...]:
 def list_candidates(case: Case, known: Sequence[str]) -> list[Effect]:
     """Return the effects that make sense on this rig beside those already held."""
     laws = [BY_NAME[name] for name in known]
+    constants = list_rig_parameters(case.twin)
     return [
         effect
         for effect in CATALOGUE
         if effect.searched
         and effect.parameters
         and effect.form in SEARCHED_FORMS
-        and effect.shows_as is None
+        and find_stand_in(effect, constants) is None
         and _can_be_seen(case, effect)
         and effect.name not in known
         and not any(effect.name in law.simpler for law in laws)

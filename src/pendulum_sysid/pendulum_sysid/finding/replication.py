@@ -1,16 +1,16 @@
-"""Ask the parameters of a fit again in parts of the time: do effects and sizes replicate?
+"""Ask the parameters of a fit again in parts of the data: do effects and sizes replicate?
 
-A third of the time has an estimate of its own: a Gauss-Newton step from the fit to all windows,
-with the windows of the third alone. The estimate says whether an effect is there again. Intervals
-hold the spread over blocks of time. Noise averages out over blocks; physics that the model leaves
-out does not, and draws the estimates of the whole recording its own way in each block. A constant
-of the rig is asked twice: in the fit, and beside drags of other shapes (nuisance parameters),
-whose share the constant may have taken.
+A part (a recording, or a third of a single one) has an estimate of its own: a Gauss-Newton step
+from the fit to all windows, with the windows of the part alone. The estimate says whether an
+effect is there again. Intervals hold the spread over blocks of time. Noise averages out over
+blocks; physics that the model leaves out does not, and draws the estimates of the whole recording
+its own way in each block. A constant of the rig is asked twice: in the fit, and beside drags of
+other shapes (nuisance parameters), whose share the constant may have taken.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -84,7 +84,7 @@ class Replication:
 
     @property
     def is_lasting(self) -> bool:
-        """Return whether most thirds that could show the effect show it, or no third could."""
+        """Return whether most parts that could show the effect show it, or no part could."""
         return self.shown > decisions.REPLICATED_SHARE * self.possible or not self.possible
 
     def __str__(self) -> str:
@@ -92,25 +92,25 @@ class Replication:
 
 
 def replicate_effects(case: Case, split: Split, fit: Fit) -> dict[str, Replication]:
-    """Return for each effect with a size how often it is found again in thirds of the windows.
+    """Return for each effect with a size how often it is found again in parts of the windows.
 
-    A third can show an effect whose size, as all windows have it, lies outside of the third's own
+    A part can show an effect whose size, as all windows have it, lies outside of the part's own
     interval about nothing. It shows the effect where its own size lies outside, too, on the same
     side. Effects of one recording happen once, and are not asked.
     """
     free = list_free_parameters(case.twin, fit.effects, case.scales)
     system = _linearise(case, split, fit, free)
-    thirds = estimate_blocks(system, fit, free, decisions.REPLICATION_PARTS)
+    parts = estimate_parts(system, fit, free, divide_recordings(case, split, fit))
     replications = {}
     for name in [e for e in fit.effects if not BY_NAME[e].of_recording]:
         sizes = [
             (
                 p.neutral if p.idle_beyond is None else case.scales[p.idle_beyond],
                 fit.estimates[f"{name}.{p.name}"].value,
-                thirds[f"{name}.{p.name}"],
+                parts[f"{name}.{p.name}"],
             )
             for p in BY_NAME[name].parameters
-            if (not p.shape or p.idle_beyond is not None) and f"{name}.{p.name}" in thirds
+            if (not p.shape or p.idle_beyond is not None) and f"{name}.{p.name}" in parts
         ]
         if sizes:
             counts = [_count_shown(*size) for size in sizes]
@@ -118,10 +118,31 @@ def replicate_effects(case: Case, split: Split, fit: Fit) -> dict[str, Replicati
     return replications
 
 
-def _count_shown(neutral: float, value: float, thirds: BlockEstimates) -> Replication:
-    reach = decisions.INTERVAL_DEVIATIONS * thirds.deviations
+def divide_recordings(case: Case, split: Split, fit: Fit) -> list[Ints]:
+    """Return the parts in which effects are asked for again, as rows of the fit's windows.
+
+    Each recording is a part, for what its own day or plan brings cannot be found again in another.
+    More recordings than parts are thirds of the recordings; a single recording is thirds of its
+    time.
+    """
+    signals, most = case.signals, decisions.REPLICATION_PARTS
+    if signals.after_s is None:
+        of_window = np.zeros(len(split.learn))
+    else:
+        stretch = np.searchsorted(signals.stretch_begins, split.learn.begin, side="right") - 1
+        of_window = np.round(np.array(signals.after_s)[stretch] / signals.period_s)
+    recordings = np.unique(of_window)
+    groups = np.array_split(recordings, min(len(recordings), most))
+    wholes = [np.flatnonzero(np.isin(of_window, group)) for group in groups]
+    if len(wholes) == 1:
+        wholes = np.array_split(wholes[0], min(most, len(wholes[0])))
+    return [_list_pieces(whole, fit.pieces) for whole in wholes]
+
+
+def _count_shown(neutral: float, value: float, parts: BlockEstimates) -> Replication:
+    reach = decisions.INTERVAL_DEVIATIONS * parts.deviations
     could = abs(value - neutral) > reach
-    does = np.sign(value - neutral) * (thirds.values - neutral) > reach
+    does = np.sign(value - neutral) * (parts.values - neutral) > reach
     return Replication(int(np.sum(could & does)), int(np.sum(could)))
 
 
@@ -264,7 +285,16 @@ def estimate_blocks(
     system: the normal equations of the fit, a row for each piece of a window.
     blocks: number of blocks, contiguous in time and of the same number of windows.
     """
-    parts = _divide_windows(system, fit.pieces, blocks)
+    return estimate_parts(system, fit, free, _divide_windows(system, fit.pieces, blocks))
+
+
+def estimate_parts(
+    system: System, fit: Fit, free: tuple[Free, ...], parts: Sequence[Ints]
+) -> dict[str, BlockEstimates]:
+    """Return every free parameter of a fit as each part of the windows has it.
+
+    parts: rows of the system.
+    """
     steps, deviations = zip(*(estimate_part(system, p, fit, free) for p in parts), strict=True)
     return {
         parameter.name: BlockEstimates(
@@ -278,10 +308,13 @@ def estimate_blocks(
 def _divide_windows(system: System, pieces: int, blocks: int) -> list[Ints]:
     """Return the rows of the system that belong to each block of time."""
     whole = len(system.normals) // pieces
-    return [
-        (part[:, None] * pieces + np.arange(pieces)).reshape(-1)
-        for part in np.array_split(np.arange(whole), min(blocks, whole))
-    ]
+    parts = np.array_split(np.arange(whole), min(blocks, whole))
+    return [_list_pieces(part, pieces) for part in parts]
+
+
+def _list_pieces(whole: Ints, pieces: int) -> Ints:
+    """Return the rows of whole windows, a row for each piece."""
+    return np.asarray((whole[:, None] * pieces + np.arange(pieces)).reshape(-1))
 
 
 def estimate_part(

@@ -10,6 +10,7 @@ Signal Processing II (1998), section 7.7; to first order in the sizes).
 from __future__ import annotations
 
 import itertools
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -131,18 +132,34 @@ def compute_naming_threshold(values: int) -> float:
     )
 
 
-def list_doubles(effect: Effect) -> tuple[Effect, ...]:
-    """Return the effects that look the same in every motion of a rig, whatever its constants."""
+def find_stand_in(effect: Effect, free: Collection[Free]) -> str | None:
+    """Return the name of the effect that stands for this effect; None where motion shows it.
+
+    Twins that move alike may differ in constants, too. A constant that is held, or of which
+    something is believed beforehand, separates them.
+
+    free: parameters of the fit, those of the rig's constants among them.
+    """
+    open_names = {parameter.name for parameter in free if np.isinf(parameter.spread)}
+    return effect.shows_as if open_names.issuperset(effect.shows_as_with) else None
+
+
+def list_doubles(effect: Effect, free: Collection[Free]) -> tuple[Effect, ...]:
+    """Return the effects that look the same in every motion of a rig with these free constants."""
+    own = find_stand_in(effect, free)
     searched = (other for other in CATALOGUE if other.searched)
-    return tuple(e for e in searched if e.shows_as == effect.name or effect.shows_as == e.name)
+    return tuple(e for e in searched if e.name == own or find_stand_in(e, free) == effect.name)
 
 
-def is_rival(other: Effect, effect: Effect) -> bool:
+def is_rival(other: Effect, effect: Effect, free: Collection[Free]) -> bool:
     """Return whether another effect could be mistaken for this effect.
 
     The effect itself, effects that contain it and its doubles could not.
+
+    free: parameters of the fit, those of the rig's constants among them.
     """
-    double = other.shows_as is not None or other.name == effect.shows_as
+    stand_in = find_stand_in(effect, free)
+    double = find_stand_in(other, free) is not None or other.name == stand_in
     return other.name != effect.name and effect.name not in other.simpler and not double
 
 

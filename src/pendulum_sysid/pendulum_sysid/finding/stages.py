@@ -22,7 +22,7 @@ class Stage(StrEnum):
     LONG = "following small errors over a whole second"
     NAMING = "asking which other names would do as well"
     TIES = "asking what this recording cannot tell apart"
-    REPLICATING = "asking thirds of the recording for the names again"
+    REPLICATING = "asking parts of the recordings for the names again"
     JUDGING = "locating what is missing, measuring the noise floor"
     PLANNING = "planning the next experiment"
     LAWS = "measuring what has no name, which takes as long as all before, or longer"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from pendulum_sysid import decisions
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.own_runs import record_runs, run_own
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
-from pendulum_sysid.records import Windows
+from pendulum_sysid.records import Fit, Split, Windows
 from pendulum_twin.arrays import Floats
 from pendulum_twin.signals import Signals
 
@@ -68,6 +68,19 @@ def measure_noise_floor(
         for v in zip(*((t.score, t.typical) for t in tries), strict=True)
     )
     return NoiseFloor(float(score), float(typical))
+
+
+def is_at_noise(case: Case, split: Split, fit: Fit, floor: NoiseFloor | None) -> bool:
+    """Return whether a fit is at the noise, on windows that it has not seen, too.
+
+    Laws that were chosen by cross-validation can be there without what they stand for.
+
+    floor: what a perfect model reaches on the held-out windows; None where that is not known.
+    """
+    if floor is None or fit.choose > decisions.MISFIT_AT_NOISE:
+        return False
+    held_out = run_windows(replace(case, twin=fit.twin), split.held_out)
+    return held_out.typical <= decisions.MISFIT_AT_NOISE * floor.typical
 
 
 def _replay_perfect(

@@ -159,7 +159,7 @@ def predict_isolability(
     inseparable = _find_inseparable(case, problem, power, free, middle, runs, report)
     distances = _compute_distances(columns, len(middle))
     lines = zip(distances.tolist(), middle, detectable, nameable, inseparable, strict=True)
-    effect_rows = tuple(_make_row(*line, encoders) for line in lines)
+    effect_rows = tuple(_make_row(*line, encoders, free) for line in lines)
     constants = _list_constants(columns, theta)
     return Isolability(twin.name, plan.seconds, farthest, encoders, effect_rows, constants)
 
@@ -289,10 +289,12 @@ def _make_row(
     nameable: float | None,
     inseparable: tuple[str, ...],
     encoders: Encoders,
+    free: tuple[Free, ...],
 ) -> EffectRow:
     """Return the row of an effect.
 
     detectable, nameable: smallest shares of its typical size; None for an effect without a size.
+    free: the rig's constants that a fit changes.
     """
     effect, slot = shape.effect, SLOTS[shape.effect.name]
     sizes = [p for p in effect.parameters if not p.shape] or list(effect.parameters)
@@ -317,7 +319,7 @@ def _make_row(
         find_size(detectable),
         find_size(nameable),
         inseparable if errors >= decisions.VISIBLE_STANDARD_ERRORS else (),
-        tuple(e.name for e in list_doubles(effect)),
+        tuple(e.name for e in list_doubles(effect, free)),
     )
 
 

@@ -8,9 +8,11 @@ from pendulum_sysid import decisions
 from pendulum_sysid.finding.detectors import Reading
 from pendulum_sysid.finding.localisation.shape_check import Misfit
 from pendulum_sysid.finding.search import Named
+from pendulum_sysid.finding.separation import find_stand_in
 from pendulum_sysid.finding.weights import WeighedSet
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.noise_floor import NoiseFloor
+from pendulum_sysid.fitting.parameters import list_rig_parameters
 from pendulum_sysid.fitting.predictions import LatentForce
 from pendulum_sysid.fitting.window_runs import WindowRuns
 from pendulum_sysid.measuring.naming import NamedCurve
@@ -47,6 +49,8 @@ class Findings:
     needed: named effects that the twin needs beside laws that bring it to the noise.
     repeats: how much of the improved twin's error comes again; None where no motion does.
     wandering: the force that would make up for what the improved twin lacks; None at the noise.
+    given_stays: True where no other twin runs left-out windows better for sure: the improved twin
+        is the given twin then.
     """
 
     case: Case
@@ -72,6 +76,7 @@ class Findings:
     needed: tuple[str, ...] = ()
     repeats: Repeatability | None = None
     wandering: LatentForce | None = None
+    given_stays: bool = False
 
     @property
     def final(self) -> Fit:
@@ -205,9 +210,11 @@ def list_inseparable(effect: Named, findings: Findings) -> tuple[str, ...]:
     """Return the effects that this recording, or any motion at all, cannot tell from an effect."""
     rig = findings.case.twin.rig
     has_both = rig.has_cart and rig.has_pole
+    constants = list_rig_parameters(findings.case.twin)
     by_no_motion = (
         other.name
         for other in CATALOGUE
-        if other.shows_as == effect.effect and (has_both or not other.needs_both_joints)
+        if find_stand_in(other, constants) == effect.effect
+        and (has_both or not other.needs_both_joints)
     )
     return (*effect.inseparable_from, *by_no_motion)

@@ -56,7 +56,8 @@ def write_answer(
         return f"{describe_nothing(findings)}; {errors}.{describe_remaining(findings)}"
     if outcome is Outcome.NOT_IN_CATALOGUE:
         signs = "".join(f" {describe_effect(effect.effect, findings.final)}" for effect in named)
-        changed = "" if findings.laws or named or steady else describe_changed(findings)
+        bare = not (findings.laws or named or steady or findings.given_stays)
+        changed = describe_changed(findings) if bare else ""
         part = f" Other parameters{changed} explain a part of what differs." if changed else ""
         laws = "".join(f" {write_sentence(law)}" for law in findings.laws)
         place = findings.location.place
@@ -76,6 +77,11 @@ def write_answer(
 
 def describe_nothing(findings: Findings) -> str:
     """Return the clause of a rig that lacks no effect for sure, and what its twin holds."""
+    if findings.given_stays:
+        return (
+            "Nothing is missing: the given twin stays, for no other parameters run windows that "
+            "were left out better for sure"
+        )
     changed = describe_changed(findings)
     doubted = [e.effect for e in findings.perhaps if e.effect in findings.final.effects]
     if not doubted:
@@ -219,6 +225,10 @@ def _describe_inseparable(named: tuple[Named, ...], findings: Findings) -> list[
 def _describe_errors(findings: Findings) -> str:
     """Return the held-out errors before and after."""
     before, after = findings.before["held_out"], findings.after["held_out"]
+    if np.array_equal(before.rmse, after.rmse):
+        errors = zip(after.channels, after.rmse, strict=True)
+        sizes = [f"{JOINTS[c][0]} {format_number(e * MILLI)} {JOINTS[c][1]}" for c, e in errors]
+        return f"held-out errors over {after.seconds:.3g} s stay: {', '.join(sizes)}"
     changes = []
     for k, channel in enumerate(after.channels):
         joint, unit = JOINTS[channel]

@@ -121,6 +121,7 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
         elapsed_s=elapsed_s,
         measured_laws=tuple(describe_law(law) for law in findings.laws),
         unlike_rig=unlike_rig,
+        given_stays=findings.given_stays,
         twin=findings.final.twin,
         localisation=findings.location,
         next_plan=plan,

@@ -139,7 +139,7 @@ class RigParameter:
     Attributes:
         before: value in the twin as given.
         parameters_alone: fitted value without the missing effects.
-        after: fitted value with the missing effects.
+        after: fitted value with the missing effects; see `Verdict.given_stays`.
         low: lower end of its 95 % interval.
         high: upper end of its 95 % interval.
         unit: of the values.
@@ -231,6 +231,8 @@ class Verdict:
         unlike_rig: True where even the improved twin does not follow the recording.
         effect_parameters: "effect.parameter" of the effects that the given twin has -> its values
             before and after.
+        given_stays: True where no other twin runs left-out windows better for sure: the improved
+            twin is the given twin, and `after` of its values says what the recording shows alone.
         correlations: of the errors of the values above.
         command: shell line that made the verdict; "" from Python.
         twin: the improved twin; None if the recording is unusable.
@@ -263,6 +265,7 @@ class Verdict:
     unlike_rig: bool = False
     effect_parameters: dict[str, RigParameter] = field(default_factory=dict)
     correlations: Correlations = Correlations()
+    given_stays: bool = False
     command: str = field(default="", repr=False, compare=False)
     twin: Twin | None = field(default=None, repr=False, compare=False)
     localisation: Localisation | None = field(default=None, repr=False, compare=False)

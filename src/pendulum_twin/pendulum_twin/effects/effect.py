@@ -197,6 +197,8 @@ class Effect:
         curve is (mean, slope, sine, cosine): where a twin has both, the curve is without them.
     shows_as: name of the effect from which no motion of any rig can separate this effect; a search
         names that effect, and this effect beside it.
+    shows_as_with: names of the rig's constants that differ between the two twins that move alike.
+        Where a constant of these is known, motion can separate the two.
     separated_by: what would separate it from `shows_as`, as a clause for a person.
     acts_beside: name of an effect without which (or without another of its form and place) this
         effect changes nothing.
@@ -233,6 +235,7 @@ class Effect:
     law_kind: str = ""
     law_parts: tuple[str, ...] = ()
     shows_as: str | None = None
+    shows_as_with: tuple[str, ...] = ()
     separated_by: str = ""
     acts_beside: str | None = None
     needs_both_joints: bool = False

@@ -17,6 +17,12 @@ EFFECT = Effect(
     sentence="The stamps run too fast by {ratio} of their pace.",
     source="rate error of a clock; the pole's weight is what shows it, for g is known",
     shows_as="position_scale",
+    shows_as_with=(
+        "com_distance_m",
+        "pole_inertia_kg_m2",
+        "cart_viscous_n_s_m",
+        "pole_viscous_n_m_s",
+    ),
     smooth=True,
     needs_both_joints=True,
     separated_by="a ruler along the cart's stroke would, or a watch beside a long recording",

@@ -12,7 +12,14 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import maximum_bipartite_matching
 
-from pendulum_sysid.studies.proof.records import Answer, Cell, NamesJudgement, NamesOutcome, Seal
+from pendulum_sysid.studies.proof.records import (
+    Answer,
+    Cell,
+    NameCounts,
+    NamesJudgement,
+    NamesOutcome,
+    Seal,
+)
 
 # Stand-ins of the confusion matrix, for what is not an effect of the catalogue.
 NOT_NAMED = "not named"
@@ -39,12 +46,7 @@ def judge_names(seal: Seal, answer: Answer) -> NamesJudgement:
        stand beside it: they are present or absent, and absorb nothing.
     5. Where a rest is always on, an answer may say that physics without a name remains.
     """
-    named = _add_stale_start(seal, answer)
-    lost = [name for name in seal.effects if name not in named]
-    extra = [name for name in named if name not in seal.effects]
-    tie_of = match_inseparable(lost, {name: named[name] for name in extra})
-    lost = [name for name in lost if name not in tie_of]
-    extra = [name for name in extra if name not in tie_of.values()]
+    named, lost, extra, tie_of = _compare_names(seal, answer)
     return NamesJudgement(
         outcome=_classify(seal, answer, lost, extra, bool(tie_of)),
         cells=(
@@ -55,6 +57,35 @@ def judge_names(seal: Seal, answer: Answer) -> NamesJudgement:
         located=_is_located(seal, answer) if seal.unlisted else None,
         depends=_has_variable(seal, answer) if seal.unlisted else None,
     )
+
+
+def count_names(seal: Seal, answer: Answer) -> NameCounts:
+    """Return how many names in an answer are false, and how many concealed effects have none.
+
+    The rules are those of `judge_names`. A name is false, and a concealed effect is without a
+    name, whatever else the answer says.
+    """
+    named, lost, extra, _ = _compare_names(seal, answer)
+    beside_unlisted = _may_add_signs(seal, answer)
+    wrong = [name for name in extra if not (beside_unlisted and _is_sign(name))]
+    return NameCounts(len(named), len(wrong), len(seal.effects), len(lost))
+
+
+def _compare_names(
+    seal: Seal, answer: Answer
+) -> tuple[dict[str, tuple[str, ...]], list[str], list[str], dict[str, str]]:
+    """Return the names, those that are missing, those too many, and what ties excuse."""
+    named = _add_stale_start(seal, answer)
+    lost = [name for name in seal.effects if name not in named]
+    extra = [name for name in named if name not in seal.effects]
+    tie_of = match_inseparable(lost, {name: named[name] for name in extra})
+    lost = [name for name in lost if name not in tie_of]
+    extra = [name for name in extra if name not in tie_of.values()]
+    return named, lost, extra, tie_of
+
+
+def _may_add_signs(seal: Seal, answer: Answer) -> bool:
+    return answer.outcome == NOT_IN_CATALOGUE and bool(seal.unlisted)
 
 
 def match_inseparable(
@@ -107,7 +138,7 @@ def _classify(
     if not seal.effects and not seal.unlisted:
         alarmed = alarmed and not (unexplained and seal.rest)
         return NamesOutcome.FALSE_ALARM if extra or alarmed else NamesOutcome.RIGHT
-    may_add_signs = unexplained and bool(seal.unlisted)
+    may_add_signs = _may_add_signs(seal, answer)
     if any(not (may_add_signs and _is_sign(name)) for name in extra):
         return NamesOutcome.WRONG
     if seal.unlisted:

@@ -168,6 +168,31 @@ class NamesJudgement:
 
 
 @dataclass(frozen=True)
+class NameCounts:
+    """Hold how many names of answers are false, and how many concealed effects have no name.
+
+    names: in the answers.
+    wrong: of these, names of what was not concealed.
+    concealed: effects of the catalogue that were concealed, once for each answer.
+    silent: of these, effects that the answers leave out.
+    """
+
+    names: int = 0
+    wrong: int = 0
+    concealed: int = 0
+    silent: int = 0
+
+    def __add__(self, other: NameCounts) -> NameCounts:
+        """Return the counts of all answers of both."""
+        return NameCounts(
+            self.names + other.names,
+            self.wrong + other.wrong,
+            self.concealed + other.concealed,
+            self.silent + other.silent,
+        )
+
+
+@dataclass(frozen=True)
 class Size:
     """Hold a true size and its estimate with a 95 % interval.
 

@@ -8,8 +8,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendulum_sysid.studies.proof.names import BESIDE, NOT_IN_CATALOGUE, NOT_NAMED, NOTHING
-from pendulum_sysid.studies.proof.records import Judgement, NamesJudgement, NamesOutcome, Size
+from pendulum_sysid.studies.proof.names import (
+    BESIDE,
+    NOT_IN_CATALOGUE,
+    NOT_NAMED,
+    NOTHING,
+    count_names,
+)
+from pendulum_sysid.studies.proof.records import (
+    Judgement,
+    NameCounts,
+    NamesJudgement,
+    NamesOutcome,
+    Size,
+)
 from pendulum_sysid.studies.proof.share import Share, count_share
 from pendulum_twin.effects import CATALOGUE
 
@@ -134,6 +146,17 @@ def count_depends(judgements: Sequence[Judgement]) -> Share:
     return count_share(
         bool(judgement.names.depends) for judgement in judgements if judgement.trial.seal.unlisted
     )
+
+
+def count_all_names(judgements: Iterable[Judgement]) -> NameCounts:
+    """Return the counts of names over all recordings, the second ones of rigs, too."""
+    counts = NameCounts()
+    for judgement in judgements:
+        seal, pair = judgement.trial.seal, judgement.pair
+        answers = [judgement.answer] + ([] if pair is None else [pair.answer])
+        for answer in answers:
+            counts += count_names(seal, answer)
+    return counts
 
 
 @dataclass(frozen=True)

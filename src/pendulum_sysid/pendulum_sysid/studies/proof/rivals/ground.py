@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from pendulum_sysid.finding.journal import Search
+from pendulum_sysid.finding.separation import find_stand_in
 from pendulum_sysid.finding.signs import fit_parameters_alone
 from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.parameters import list_rig_parameters
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import CATALOGUE
@@ -44,7 +46,7 @@ def list_terms(ground: Ground) -> tuple[Effect, ...]:
     Left out are effects for which another effect stands, and effects with a parameter that no fit
     moves: a time that is read off the recording, a step whose change makes the runs jump.
     """
-    rig = ground.case.twin.rig
+    rig, constants = ground.case.twin.rig, list_rig_parameters(ground.case.twin)
     places = {Place.CLOCK} | ({Place.COMMAND, Place.DRIVE, Place.CART} if rig.has_cart else set())
     if rig.has_pole:
         places |= {Place.POLE, Place.SENSOR}
@@ -55,7 +57,7 @@ def list_terms(ground: Ground) -> tuple[Effect, ...]:
         and effect.parameters
         and effect.place in places
         and effect.form is not Form.REPORT
-        and effect.shows_as is None
+        and find_stand_in(effect, constants) is None
         and effect.name not in ground.base.effects
         and not any(p.located or p.jumps for p in effect.parameters)
     )
