@@ -272,6 +272,16 @@ def test_a_plan_may_grow_but_not_change(tmp_path: Path) -> None:
         claim_folder(Plan(2, 1), tmp_path)
 
 
+def test_a_proof_of_an_earlier_version_goes_on(tmp_path: Path) -> None:
+    claim_folder(Plan(2, 1), tmp_path)
+    plan = json.loads((tmp_path / "plan.json").read_text())
+    del plan["relay"]  # an option that the earlier version did not have
+    (tmp_path / "plan.json").write_text(json.dumps(plan))
+    with pytest.raises(BadInputError, match="relay = False, found relay = True"):
+        claim_folder(Plan(2, 1, relay=True), tmp_path)
+    claim_folder(Plan(2, 1), tmp_path)
+
+
 def test_a_twin_is_known_by_its_content_and_not_by_its_path(tmp_path: Path) -> None:
     twin, copy, folder = (tmp_path / name for name in ("twin.yaml", "copy.yaml", "proof"))
     twin.write_text("a twin")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -98,15 +98,22 @@ def claim_folder(plan: Plan, folder: Path) -> None:
     tries = _read(path).get("dose_tries") if path.exists() else None
     if tries and not plan.dose_tries:
         planned["dose_tries"] = tries
-    claim_file(path, planned, MAY_DIFFER if tries else (*MAY_DIFFER, "dose_tries"))
+    usual = asdict(Plan(plan.trials, plan.seed))  # an earlier version knew fewer options
+    claim_file(path, planned, MAY_DIFFER if tries else (*MAY_DIFFER, "dose_tries"), usual)
 
 
-def claim_file(path: Path, planned: dict[str, Any], may_differ: Sequence[str] = ()) -> None:
+def claim_file(
+    path: Path,
+    planned: dict[str, Any],
+    may_differ: Sequence[str] = (),
+    usual: Mapping[str, Any] = {},
+) -> None:
     """Write what is planned for a folder into a file of it.
 
     planned: in JSON's types; of a twin's path the file keeps the digest as well, for it is the
         content of the twin, and not its name, that trials are drawn from.
     may_differ: keys whose values may change from run to run in one folder.
+    usual: values of keys that the file may lack.
     Raises BadInputError when the file holds another plan.
     """
     if planned.get("twin") is not None:
@@ -117,10 +124,11 @@ def claim_file(path: Path, planned: dict[str, Any], may_differ: Sequence[str] = 
             _check_twin(path, earlier, planned)
             may_differ = (*may_differ, "twin")
         for key in [key for key in planned if key not in (*may_differ, "twin_digest")]:
-            if earlier.get(key) != planned[key]:
+            began = earlier.get(key, usual.get(key))
+            if began != planned[key]:
                 raise BadInputError(
                     f"{path.parent}: expected the proof that began there with "
-                    f"{key} = {earlier.get(key)}, found {key} = {planned[key]}: "
+                    f"{key} = {began}, found {key} = {planned[key]}: "
                     "name another folder"
                 )
     write_text(path, format_json(planned) + "\n")
