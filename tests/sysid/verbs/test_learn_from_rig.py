@@ -42,6 +42,6 @@ def test_what_is_learned_on_a_rig_is_named_on_another(tmp_path: Path) -> None:
     (brake,) = named["missing_physics"]
     drags = [brake["parameters"][name] for name in ("before", "behind")]
     true = json.loads((second / "seal.json").read_text(encoding="utf-8"))["unlisted"]
-    size = true["outward_brake"]["n_s_per_m"] / 2
+    size = true["outward_brake"]["parameters"]["n_s_per_m"] / 2
     assert brake["effect"] == "brake"
     assert [drag["value"] for drag in drags] == pytest.approx([size, -size], rel=0.01)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import cache
@@ -63,6 +64,7 @@ DETECTORS: tuple[Detector, ...] = (
     detect_clipping,
     detect_other_command,
 )
+TINY = 1e-300  # the commands of a simulation may leave nothing
 SPIKE_ECHO_PERIODS = 1.5  # a position's spike echoes in the velocity that was computed from it
 OTHER_COMMAND_S = 0.5  # intervals of other commands that are nearer are told as one interval
 
@@ -158,10 +160,11 @@ def _set_command_times(
     settled, doubt = settle_commands(answering, smoothed, arrivals, bounds)
     if np.array_equal(nearest.command, retimed.command):
         return settled, spread_s, doubt
-    best = min((settled, answering, retimed), key=measure)
-    if best is retimed:
-        return retimed, spread_s, None
-    return best, spread_s, doubt if best is settled else unsettled.pick_doubtful()
+    best = min((settled, answering), key=measure)
+    ratio = measure(retimed) / max(measure(best), TINY)
+    if len(signals) * math.log(max(ratio, TINY)) > decisions.COMMAND_MOVED_NATS:
+        return best, spread_s, doubt if best is settled else unsettled.pick_doubtful()
+    return retimed, spread_s, None
 
 
 def _list_commands(raw: RawRecording) -> tuple[Floats, Floats]:
