@@ -19,7 +19,7 @@ from pendulum_sysid.fitting.gauss_newton import Solution, solve
 from pendulum_sysid.fitting.parameters import list_free_parameters
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
 from pendulum_sysid.records import Windows
-from pendulum_twin.arrays import Floats
+from pendulum_twin.arrays import Floats, Ints
 
 STEPS = 10  # at most: 2 to 5 on recordings of a busy computer
 
@@ -56,7 +56,7 @@ def _cut_moving_windows(case: Case) -> Windows:
     return windows.pick(np.flatnonzero(speeds[at].max(axis=1) > compute_slow_speed(case.state)))
 
 
-def _pick_better_half(followed: Solution, noise: Floats) -> np.ndarray:
+def _pick_better_half(followed: Solution, noise: Floats) -> Ints:
     """Return the windows, rising, that are least off in units of the noise."""
     counts = np.maximum(followed.counts.sum(axis=1), 1.0)
     power = np.sum(followed.squares / noise**2, axis=1) / counts

@@ -1,8 +1,8 @@
 """Leave out what neither a twin nor the recorded commands explain, where commands are in doubt.
 
 A busy computer may stamp a command several samples late, or lose what drove the cart for a while.
-Where a twin follows nearly all windows at the noise and a few are off by many times as much, their
-commands are not those that acted: a law of the rig shows again and again.
+Where a twin follows nearly all windows at the noise and a few are off by many times as much, other
+commands acted there, or something pushed the cart: a law of the rig shows again and again.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from pendulum_sysid.records import QualityFinding, Windows
 from pendulum_twin.arrays import Floats, Mask
 
 NOTE = (
-    "the recorded commands are not those that moved the cart then, by a twin that follows all "
-    "else; this is left out"
+    "the twin follows all other windows, and is far off here: other commands than the recorded "
+    "ones moved the cart, or something pushed it; left out"
 )
 
 
