@@ -62,6 +62,28 @@ def test_commands_act_from_their_samples_whatever_the_rig_conceals(effect: str, 
     assert np.sum(off) < 0.7 and np.sum(off) < np.sum(off_before)
 
 
+@pytest.mark.parametrize("stood_still_s", [0.0, 0.02])
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_the_clock_of_a_quiet_computer_is_known(effect: str, stood_still_s: float) -> None:
+    """Answers come a quarter of a period after their samples, and every sample at once."""
+    random = np.random.default_rng(7)
+    taken_s = DUE.copy()
+    if stood_still_s:  # a burst follows
+        taken_s[1500:1510] = np.maximum(
+            DUE[1500] + stood_still_s + 2e-3 * np.arange(10), DUE[1500:1510]
+        )
+    received_s = taken_s + 2e-4 + random.exponential(1e-4, COUNT)
+    sent_s = np.maximum.accumulate(taken_s + random.gamma(9.0, 3e-4, COUNT))
+    cart, pole, _, _ = made_states(replace(INTECO, effects=EFFECTS[effect]), PLANNED[:COUNT]).T
+    raw = RawRecording(
+        "made", "sha256:1", taken_s, np.round(cart + random.normal(0.0, 2e-5, COUNT), 5), pole,
+        sent_s, PLANNED[:COUNT], state_received_s=received_s,
+    )  # fmt: skip
+    found = clean_recording(raw)
+    assert np.sum(np.abs(found.signals.command - PLANNED[:COUNT]) > 1e-9) <= 5
+    assert len(found.signals) == COUNT
+
+
 def test_samples_that_are_received_soonest_say_where_the_clock_lies() -> None:
     random = np.random.default_rng(3)
     numbers = np.arange(COUNT)

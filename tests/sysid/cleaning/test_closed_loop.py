@@ -25,7 +25,8 @@ def balanced(tmp_path_factory: pytest.TempPathFactory) -> RawRecording:
     """A rig with dry friction: swing-up, balance, fall, in turns."""
     options = ["--seed", "9", "--seconds", "40", "--closed-loop"]
     options += ["--effects", "cart_coulomb_friction"]
-    return read_bag(record_trial(tmp_path_factory.mktemp("closed"), 0, options) / "bag")
+    raw = read_bag(record_trial(tmp_path_factory.mktemp("closed"), 0, options) / "bag")
+    return replace(raw, state_received_s=None)
 
 
 @pytest.mark.parametrize("kind", ["duplicates", "upright"])

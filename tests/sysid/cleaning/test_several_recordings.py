@@ -29,6 +29,7 @@ def cut_recording(raw: RawRecording, seconds: float) -> RawRecording:
         raw,
         command_stamp_s=raw.command_stamp_s[commands],
         command=raw.command[commands],
+        state_received_s=None,
         **{name: getattr(raw, name)[samples] for name in names},
     )
 

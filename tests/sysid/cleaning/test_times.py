@@ -137,6 +137,15 @@ def test_a_long_standstill_with_its_burst_has_lost_nothing() -> None:
     assert np.array_equal(clock.numbers, np.arange(2000))
 
 
+def test_a_short_standstill_with_its_burst_has_lost_nothing() -> None:
+    """Most steps are whole periods; those of a burst are not, and belong to the long step."""
+    late, kept = 0.01 * np.arange(2000), np.delete(np.arange(2000), [500, 501])
+    late[1000:1005] += 0.01 * np.array([2.0, 1.25, 0.72, 0.4, 0.02])
+    clock = find_even_clock(late[kept])
+    assert clock is not None
+    assert np.array_equal(clock.numbers, kept)
+
+
 def test_stamps_without_a_period_have_no_clock() -> None:
     random = np.random.default_rng(5)
     assert find_even_clock(np.cumsum(random.pareto(1.0, 500))) is None

@@ -72,10 +72,19 @@ def _number_by_steps(stamps: Floats, period_s: float) -> Floats | None:
     if not period_s > 0.0:
         return None
     steps = np.diff(stamps) / period_s
-    whole = np.abs(steps - np.rint(steps)) < decisions.CLOCK_CLEAR
-    if np.mean(whole) < decisions.CLOCK_MOST_WHOLE or np.any(np.rint(steps[whole]) < 1):
+    whole = (np.abs(steps - np.rint(steps)) < decisions.CLOCK_CLEAR) & (np.rint(steps) >= 1)
+    if np.mean(whole) < decisions.CLOCK_MOST_WHOLE:
         return None
-    return np.concatenate([[0.0], np.cumsum(np.maximum(np.rint(steps), 1))])
+    burst = ~whole
+    ends = burst & np.append(whole[1:], True)
+    counts = np.where(whole, np.rint(steps), 0.0)
+    # messages that were held back come in a burst, whose steps together are whole periods again
+    counts[ends] = np.rint(np.diff(np.cumsum(np.where(whole, 0.0, steps))[ends], prepend=0.0))
+    numbers = np.cumsum(counts)
+    numbers[burst & ~ends] = np.inf  # known by the messages after them
+    numbers = np.concatenate([[0.0], numbers]) - np.arange(len(stamps))
+    # a message that was held back, and thus comes late, has the number that later messages leave
+    return np.minimum.accumulate(numbers[::-1])[::-1] + np.arange(len(stamps))
 
 
 def _number_in_order(stamps: Floats) -> Floats | None:

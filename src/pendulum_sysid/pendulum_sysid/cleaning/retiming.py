@@ -55,16 +55,16 @@ def retime_samples(raw: RawRecording, rows: Mask) -> Retimed:
             return Retimed(raw, _drop_equal_stamps(raw, rows))
         clock, sure = paused
     differ = np.abs(clock.off_s) > 2 * decisions.CLOCK_ALIGNED * clock.period_s
+    received = raw.state_received_s
+    placed = None if received is None else place_clock(clock, received[rows])
     if np.sum(differ) < FEWEST_OFF:
-        return Retimed(raw, _drop_equal_stamps(raw, rows))
+        return Retimed(raw, _drop_equal_stamps(raw, rows), placed=placed is not None)
     positions = {joint: values[rows] for joint, values in raw.positions.items()}
     as_stamped = _measure_roughness(stamps, positions, differ)
     even = _measure_roughness(clock.times_s, positions, differ)
     if not even < decisions.EVEN_ROUGHNESS_RATIO * as_stamped:
         return Retimed(raw, _drop_equal_stamps(raw, rows))
     faults, spread_s = _list_faults(clock), clock.spread_s
-    received = raw.state_received_s
-    placed = None if received is None else place_clock(clock, received[rows])
     if placed is not None:
         clock, sure = placed[0], sure & placed[1]
     kept = rows.copy()

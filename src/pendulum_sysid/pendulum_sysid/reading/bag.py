@@ -124,6 +124,7 @@ def _make_recording(
     states = contents.of(state_topic, STATE_TYPE, "--state-topic", needed=True)
     decoded = decode_states(states, _decode_state)
     stamps = decoded.stamps_ns
+    as_stamped = np.array_equal(decoded.received_ns, stamps)  # a converted file: no arrivals
     if not any(joint in decoded.channels for joint in JOINTS):
         raise UnusableRecording(
             f"expected positions of joints named cart or pole on {state_topic}, found "
@@ -148,7 +149,7 @@ def _make_recording(
         command_stamp_s=command_stamp_s,
         command=command,
         **{channel: decoded.channels.get(channel) for channel in STATE_CHANNELS},
-        state_received_s=(decoded.received_ns - stamps[0]) / 1e9,
+        state_received_s=None if as_stamped else (decoded.received_ns - stamps[0]) / 1e9,
         lost_messages=max(0, short) + decoded.unused + bad_commands,
         cut_short=not contents.whole and not (counted and short == 0),
         given_up="" if find_plan_outcome(bag) == PLAYED else find_plan_outcome(bag),
