@@ -44,8 +44,6 @@ def _evaluate(options: argparse.Namespace) -> str:
     env = prepare_env(_make_environment(options, step_s, trained), model)
     try:
         episodes = [run_episode(env, policy, options.seed + k) for k in range(options.episodes)]
-    except BadInputError:
-        raise
     except ValueError as error:  # a policy of another task
         raise BadInputError(
             f"{options.policy}: expected a policy for observations (5,): {error}"

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from pendulum_twin.arrays import Floats
-from pendulum_twin.errors import BadInputError
+from pendulum_twin.errors import RigError
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Sample:
     info: Mapping[str, float] = field(default_factory=dict)
 
 
-class NoAnswerError(BadInputError):
+class NoAnswerError(RigError):
     """Say that rig or twin did not answer in time: what was awaited, and what to do."""
 
 

@@ -17,7 +17,7 @@ from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.verbs.options import make_parser
 from pendulum_sysid.verbs.progress import Progress
 from pendulum_sysid.verbs.said import INTERRUPTED, NOT_ANSWERED, WRONG_USE, say
-from pendulum_twin.errors import BadInputError
+from pendulum_twin.errors import BadInputError, ReportedError
 from pendulum_twin.parser import complete
 from pendulum_twin.user_effects import take_effects_option
 
@@ -60,7 +60,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             status: int = verb.run(arguments)
             sys.stdout.flush()
         return status
-    except BadInputError as error:
+    except ReportedError as error:
         return say(str(error), error.exit_status)
     except KeyboardInterrupt:
         return say("stopped by the keyboard before the question was answered", INTERRUPTED)

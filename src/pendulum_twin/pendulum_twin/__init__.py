@@ -20,7 +20,7 @@ from pendulum_twin.version import __version__
 
 if TYPE_CHECKING:
     from pendulum_twin.effects import CATALOGUE
-    from pendulum_twin.errors import BadInputError
+    from pendulum_twin.errors import BadInputError, ReportedError, RigError
     from pendulum_twin.model import Twin, load_twin, save_twin
     from pendulum_twin.rig import Rig
     from pendulum_twin.simulation import Simulation, simulate
@@ -28,7 +28,9 @@ if TYPE_CHECKING:
 __all__ = [
     "CATALOGUE",
     "BadInputError",
+    "ReportedError",
     "Rig",
+    "RigError",
     "Simulation",
     "Twin",
     "__version__",
@@ -39,7 +41,7 @@ __all__ = [
 
 _HOMES = {
     "pendulum_twin.effects": ("CATALOGUE",),
-    "pendulum_twin.errors": ("BadInputError",),
+    "pendulum_twin.errors": ("BadInputError", "ReportedError", "RigError"),
     "pendulum_twin.model": ("Twin", "load_twin", "save_twin"),
     "pendulum_twin.rig": ("Rig",),
     "pendulum_twin.simulation": ("Simulation", "simulate"),

@@ -7,7 +7,7 @@ import math
 import sys
 from collections.abc import Callable
 
-from pendulum_twin.errors import BadInputError
+from pendulum_twin.errors import BadInputError, ReportedError
 from pendulum_twin.version import __version__
 
 MOST_DIGITS = 18
@@ -21,12 +21,12 @@ def run_command(name: str, work: Callable[[], int | None], interrupted: str) -> 
     work: returns the exit status, None for 0.
     interrupted: what Ctrl-C has left behind, in words.
 
-    Bad input, and a file that cannot be used, end in one line on stderr, with the error's own
-    exit status or 1; Ctrl-C ends with INTERRUPTED.
+    A reported error, and a file that cannot be used, end in one line on stderr, with the
+    exit status of the error or 1; Ctrl-C ends with INTERRUPTED.
     """
     try:
         return work() or 0
-    except BadInputError as error:
+    except ReportedError as error:
         reason, status = str(error), error.exit_status
     except OSError as error:
         reason, status = str(error), 1

@@ -6,7 +6,7 @@ import pytest
 
 from pendulum_bridge.studies import programs
 from pendulum_bridge.studies.programs import Programs, wait_for, wait_until_done
-from pendulum_twin.errors import BadInputError
+from pendulum_twin.errors import WorkerError
 
 LONG_S = 300.0  # never waited for: only a program that is stuck takes so long
 WAITS = "print('ready', flush=True)\nthreading.Event().wait()"
@@ -66,25 +66,25 @@ def test_a_program_that_ignores_sigint_is_killed(group, write_script, monkeypatc
 
 def test_a_failure_is_told_by_its_last_line(group, write_script) -> None:
     broken = group.start(write_script("broken", "sys.exit('first\\nno rig\\n')"))
-    with pytest.raises(BadInputError, match=r"^broken ended with status 1: no rig$"):
+    with pytest.raises(WorkerError, match=r"^broken ended with status 1: no rig$"):
         wait_for(broken, "ready", LONG_S)
     waiting = group.start(write_script("waiting", WAITS))
-    with pytest.raises(BadInputError, match=r"^broken ended with status 1"):
+    with pytest.raises(WorkerError, match=r"^broken ended with status 1"):
         wait_until_done(waiting, group, LONG_S)
 
 
 def test_waiting_has_an_end(group, write_script) -> None:
     silent = group.start(write_script("silent", WAITS))
     with pytest.raises(
-        BadInputError, match=r"silent: expected it to say 'serves' within 0.3 s: see .*silent.log"
+        WorkerError, match=r"silent: expected it to say 'serves' within 0.3 s: see .*silent.log"
     ):
         wait_for(silent, "serves", 0.3)
-    with pytest.raises(BadInputError, match=r"silent: expected it to be done within 0.3 s"):
+    with pytest.raises(WorkerError, match=r"silent: expected it to be done within 0.3 s"):
         wait_until_done(silent, group, 0.3)
 
 
 def test_a_program_that_is_not_installed_is_told_in_a_sentence(group) -> None:
     with pytest.raises(
-        BadInputError, match=r"expected the program .*absent, but it cannot be run: No such file"
+        WorkerError, match=r"expected the program .*absent, but it cannot be run: No such file"
     ):
         group.start("absent")

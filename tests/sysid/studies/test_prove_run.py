@@ -14,7 +14,6 @@ from support.prove_trials import write_trial
 
 from pendulum_sysid.cli import main
 from pendulum_sysid.fleet.engine import Engine
-from pendulum_sysid.studies.errors import WorkerError
 from pendulum_sysid.studies.proof import examine_trial, record_trial, workers
 from pendulum_sysid.studies.proof.examine_trial import prepare_ground, run_diagnosis, run_rival
 from pendulum_sysid.studies.proof.oracle_fit import make_true_twin
@@ -26,7 +25,7 @@ from pendulum_sysid.studies.proof.rivals import RIVALS, all_at_once, find_rival,
 from pendulum_sysid.studies.proof.rivals.ground import Ground
 from pendulum_sysid.studies.proof.workers import examine_trials
 from pendulum_twin.effects import BY_NAME
-from pendulum_twin.errors import BadInputError
+from pendulum_twin.errors import BadInputError, WorkerError
 
 COULOMB = {"cart_coulomb_friction": {"level_n": 0.5}}
 DEADLINE_S = 300.0

@@ -30,7 +30,7 @@ from pendulum_bridge.studies.lost_samples import SamplesLostError, check_samples
 from pendulum_bridge.studies.programs import SCRIPTS, Programs, wait_for
 from pendulum_sysid.cli import main as run_sysid
 from pendulum_twin.command_line import make_whole_reader, run_command
-from pendulum_twin.errors import BadInputError
+from pendulum_twin.errors import WorkerError
 from pendulum_twin.model import Twin, load_twin, save_twin
 from pendulum_twin.parser import Parser, add_common_options, complete
 
@@ -132,16 +132,14 @@ def _start_view(programs: Programs, twin_file: Path) -> None:
 
 
 def diagnose(out: Path, quiet: bool) -> None:
-    """Run `sysid diagnose` on the recording; raise BadInputError when it fails."""
+    """Run `sysid diagnose` on the recording; raise WorkerError when it fails."""
     files = ["--twin", out / "nominal_twin.yaml", "--out", out / "diagnosis"]
     status = run_sysid(
         [str(word) for word in ("diagnose", out / "recording", *files)]
         + ["--command-topic", APPLIED_TOPIC, *(["--quiet"] if quiet else [])]
     )
     if status:
-        raise BadInputError(
-            f"sysid diagnose ended with status {status}; what it said stands above"
-        )
+        raise WorkerError(f"sysid diagnose ended with status {status}; what it said stands above")
 
 
 def format_answer(out: Path, nominal: Twin) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pendulum_bridge.studies.programs import Program, Programs, wait_for, wait_until_done
 from pendulum_bridge.wire.udp import Address
-from pendulum_twin.errors import BadInputError
+from pendulum_twin.errors import RigError, WorkerError
 
 STATES_TOPIC = "/rig/joint_states"
 # The command after the driver's limits (magnitude and rate of change): what the rig received.
@@ -20,7 +20,7 @@ LONGEST_PLAY_S = 300.0  # the plan lasts a minute; a busy machine takes longer t
 DOMAIN_IDS = range(20, 100)
 
 
-class PlanGivenUpError(BadInputError):
+class PlanGivenUpError(RigError):
     """The excitation ended before its plan: a busy computer drives a rig late."""
 
 
@@ -71,14 +71,14 @@ def play_plan(programs: Programs, **settings: object) -> None:
         cart has rolled off on a tilted rail, while the programs started: otherwise the emulated
         rig hangs at rest, and a driver cannot reset a rig whose signs are concealed.
 
-    Raises PlanGivenUpError when the node gives up, BadInputError when another program fails.
+    Raises PlanGivenUpError when the node gives up, WorkerError when another program fails.
     """
     usual = {"reset_first": "false", "reset_when_away": "true", "emulated": "true"}
     arguments = list_node_arguments("/excitation", **{**usual, **settings})
     excitation = programs.start("excitation_node", *arguments, to_terminal=True)
     try:
         wait_until_done(excitation, programs, LONGEST_PLAY_S)
-    except BadInputError as error:
+    except WorkerError as error:
         if excitation.process.poll():
             raise PlanGivenUpError(str(error)) from error
         raise

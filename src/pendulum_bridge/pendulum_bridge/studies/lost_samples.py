@@ -9,14 +9,14 @@ import numpy as np
 from pendulum_sysid.cleaning.clock import estimate_rate
 from pendulum_sysid.reading.bag import read_bag
 from pendulum_twin.arrays import Floats
-from pendulum_twin.errors import BadInputError
+from pendulum_twin.errors import RigError
 from pendulum_twin.standstill import describe_standstill
 
 # Of a minute at 100 Hz: with 1 % lost the demo was right, with 16 % the rig was not known again.
 BUSY_SHARE = 0.05
 
 
-class SamplesLostError(BadInputError):
+class SamplesLostError(RigError):
     """So many samples are missing that the recording shows the computer more than the rig."""
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
-from pendulum_twin.errors import BadInputError
+from pendulum_twin.errors import WorkerError
 
 POLL_S = 0.05  # from one look at a log to the next
 GRACE_S = 10.0  # from SIGINT to SIGKILL, for a program that does not end
@@ -58,7 +58,7 @@ class Programs:
             end_program(program)
 
     def start(self, name: str, *arguments: object, to_terminal: bool = False) -> Program:
-        """Start an executable of this workspace; raise BadInputError when it cannot be run.
+        """Start an executable of this workspace; raise WorkerError when it cannot be run.
 
         to_terminal: whether its output goes to the terminal instead of its log.
         """
@@ -76,7 +76,7 @@ class Programs:
                 stdin=subprocess.DEVNULL,
             )
         except OSError as error:
-            raise BadInputError(
+            raise WorkerError(
                 f"expected the program {command[0]}, but it cannot be run: {error.strerror}"
             ) from error
         finally:
@@ -86,7 +86,7 @@ class Programs:
         return self._programs[-1]
 
     def check(self) -> None:
-        """Raise BadInputError with the last line of a program that has failed."""
+        """Raise WorkerError with the last line of a program that has failed."""
         for program in self._programs:
             if program.process.poll():
                 raise _make_failure(program)
@@ -95,14 +95,14 @@ class Programs:
 def wait_for(program: Program, text: str, seconds: float) -> None:
     """Return when the text stands in the program's output.
 
-    Raises BadInputError when the program ends before, or when the seconds have passed.
+    Raises WorkerError when the program ends before, or when the seconds have passed.
     """
     deadline = time.monotonic() + seconds
     while text not in program.output:
         if _ends_within(program, POLL_S):
             raise _make_failure(program)
         if time.monotonic() > deadline:
-            raise BadInputError(
+            raise WorkerError(
                 f"{program.name}: expected it to say {text!r} within {seconds:g} s: "
                 f"see {program.log}"
             )
@@ -111,13 +111,13 @@ def wait_for(program: Program, text: str, seconds: float) -> None:
 def wait_until_done(program: Program, others: Programs, seconds: float) -> None:
     """Return when the program has ended with status 0.
 
-    Raises BadInputError when it or another program fails, or when the seconds have passed.
+    Raises WorkerError when it or another program fails, or when the seconds have passed.
     """
     deadline = time.monotonic() + seconds
     while not _ends_within(program, 4 * POLL_S):
         others.check()
         if time.monotonic() > deadline:
-            raise BadInputError(f"{program.name}: expected it to be done within {seconds:g} s")
+            raise WorkerError(f"{program.name}: expected it to be done within {seconds:g} s")
     others.check()
 
 
@@ -138,9 +138,7 @@ def _ends_within(program: Program, seconds: float) -> bool:
     return True
 
 
-def _make_failure(program: Program) -> BadInputError:
+def _make_failure(program: Program) -> WorkerError:
     lines = [line for line in program.output.splitlines() if line.strip()]
     last_line = f": {lines[-1]}" if lines else ""
-    return BadInputError(
-        f"{program.name} ended with status {program.process.returncode}{last_line}"
-    )
+    return WorkerError(f"{program.name} ended with status {program.process.returncode}{last_line}")

@@ -21,7 +21,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-from pendulum_twin.errors import BadInputError
+from pendulum_twin.errors import BadInputError, WorkerError
 
 try:
     import dask
@@ -72,7 +72,7 @@ UNWATCHED = {
 }
 
 
-class SchedulerLost(BadInputError):
+class SchedulerLost(WorkerError):
     """Say that the scheduler stopped answering while tasks were under way."""
 
 

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from pendulum_sysid.fleet.engine import Engine
-from pendulum_sysid.studies.errors import WorkerError
 from pendulum_sysid.studies.proof.degrade.kinds import BY_NAME
 from pendulum_sysid.studies.proof.degrade.study import Study, run_study
 from pendulum_sysid.studies.proof.degrade.text import format_rows
@@ -17,21 +16,18 @@ from pendulum_sysid.studies.proof.proof import prove
 from pendulum_sysid.studies.proof.proof_text import format_proof
 from pendulum_sysid.studies.proof.rival_models.registry import RIVAL_MODELS
 from pendulum_sysid.studies.proof.rivals import RIVALS
-from pendulum_sysid.verbs.said import ANSWERED, print_answer, say
+from pendulum_sysid.verbs.said import ANSWERED, print_answer
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Do the proof that the options ask for, print its tables, and name its files."""
     folder = arguments.out or Path(f"proof_seed_{arguments.seed}")
-    try:
-        if arguments.degrade is not None:
-            rows = run_study(make_study(arguments), folder, arguments.progress.report)
-            file = folder / "degraded.json"
-            print_answer(arguments, lambda: read_json(file), format_rows(rows), "", file)
-            return ANSWERED
-        proof = prove(make_plan(arguments), folder, arguments.progress.report)
-    except WorkerError as error:
-        return say(str(error))
+    if arguments.degrade is not None:
+        rows = run_study(make_study(arguments), folder, arguments.progress.report)
+        file = folder / "degraded.json"
+        print_answer(arguments, lambda: read_json(file), format_rows(rows), "", file)
+        return ANSWERED
+    proof = prove(make_plan(arguments), folder, arguments.progress.report)
     file = folder / "proof.json"
     tables = format_proof(proof.judgements, proof.responses)
     print_answer(arguments, lambda: read_json(file), tables, "", file, folder / "proof.html")

@@ -13,7 +13,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
-from pendulum_twin.errors import BadInputError
+from pendulum_twin.errors import ReportedError
 from pendulum_twin.nodes.overrides import check_parameter_files
 from pendulum_twin.nodes.settings import describe_settings
 from pendulum_twin.nodes.transport import leave_shared_memory
@@ -80,7 +80,7 @@ def run[N: Node](
             failure = serve(node, stopped)
         finally:
             node.destroy_node()
-    except BadInputError as error:
+    except ReportedError as error:
         print(f"{name}: {error}", file=sys.stderr)
         return 1
     except (RCLInvalidROSArgsError, UnknownROSArgsError) as error:

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from pendulum_sysid.fleet.engine import Engine, SchedulerLost, open_client, run_tasks
 from pendulum_sysid.fleet.warm_up import compile_kernels
-from pendulum_sysid.studies.errors import WorkerError
 from pendulum_sysid.studies.proof.examine_trial import examine_trial, is_complete
 from pendulum_sysid.studies.proof.record_trial import locate_trial, record_trial
+from pendulum_twin.errors import WorkerError
 
 
 @dataclass(frozen=True)

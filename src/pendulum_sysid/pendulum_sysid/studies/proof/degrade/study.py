@@ -18,7 +18,6 @@ from pendulum_sysid.fleet.warm_up import compile_kernels
 from pendulum_sysid.pipeline import diagnose
 from pendulum_sysid.reading.bag import read_bag
 from pendulum_sysid.records import Outcome
-from pendulum_sysid.studies.errors import WorkerError
 from pendulum_sysid.studies.proof.degrade.bases import list_recorder_options
 from pendulum_sysid.studies.proof.degrade.kinds import BY_NAME, DEGRADATIONS, Degradation
 from pendulum_sysid.studies.proof.degrade.score import Score, score_answer
@@ -27,7 +26,7 @@ from pendulum_sysid.studies.proof.read_trial import read_trial
 from pendulum_sysid.studies.proof.record_trial import check_options, check_recorder, record_trial
 from pendulum_sysid.studies.proof.records import OpenedTrial
 from pendulum_sysid.telling.output_files import check_folder, format_json, write_text
-from pendulum_twin.errors import BadInputError
+from pendulum_twin.errors import BadInputError, WorkerError
 from pendulum_twin.model import load_twin
 from pendulum_twin.suggest import add_hint
 
