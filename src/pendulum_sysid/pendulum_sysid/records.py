@@ -86,6 +86,8 @@ class Recording:
             is known no better.
         command_latency: how late commands act; None where the recording does not say.
         doubt: samples whose command is in doubt; None where there are none.
+        at_once: (n,) PWM fraction, the command if each message acts when it comes: its mean over
+            the period after each sample; None where `signals` hold the same.
     """
 
     name: str
@@ -96,6 +98,7 @@ class Recording:
     timing_spread_s: float = 0.0
     command_latency: CommandLatency | None = None
     doubt: CommandDoubt | None = None
+    at_once: Floats | None = None
 
     @property
     def losses(self) -> str:

@@ -37,7 +37,7 @@ from pendulum_sysid.cleaning.frozen import detect_frozen
 from pendulum_sysid.cleaning.gaps import detect_gaps
 from pendulum_sysid.cleaning.jitter import detect_jitter
 from pendulum_sysid.cleaning.other_command import detect_other_command
-from pendulum_sysid.cleaning.reducing import reduce_rate
+from pendulum_sysid.cleaning.reducing import is_too_fast, reduce_rate
 from pendulum_sysid.cleaning.repeats import find_usable_rows
 from pendulum_sysid.cleaning.retiming import retime_samples
 from pendulum_sysid.cleaning.sensor_end import detect_sensor_end
@@ -65,6 +65,7 @@ DETECTORS: tuple[Detector, ...] = (
     detect_other_command,
 )
 TINY = 1e-300  # the commands of a simulation may leave nothing
+SAME_COMMAND = 1e-6  # PWM fraction
 SPIKE_ECHO_PERIODS = 1.5  # a position's spike echoes in the velocity that was computed from it
 OTHER_COMMAND_S = 0.5  # intervals of other commands that are nearer are told as one interval
 
@@ -107,6 +108,7 @@ def clean_recording(raw: RawRecording) -> Recording:
         signals = _put_on_one_clock(samples)
     faults += list_faults(replace(holes, intervals_s=(*holes.intervals_s, *silent_s)))
     commanded, spread_s, doubt = _set_command_times(samples, signals, retimed.placed)
+    at_once = _hold_at_once(samples.raw, commanded)
     commanded = reduce_rate(commanded)
     rates = _resample_velocities(samples, commanded)
     return Recording(
@@ -118,6 +120,7 @@ def clean_recording(raw: RawRecording) -> Recording:
         retimed.spread_s + spread_s,
         raw.command_latency,
         doubt,
+        at_once,
     )
 
 
@@ -165,6 +168,14 @@ def _set_command_times(
     if len(signals) * math.log(max(ratio, TINY)) > decisions.COMMAND_MOVED_NATS:
         return best, spread_s, doubt if best is settled else unsettled.pick_doubtful()
     return retimed, spread_s, None
+
+
+def _hold_at_once(raw: RawRecording, signals: Signals) -> Floats | None:
+    """Return the commands (n,) as they act on a rig that waits for no sample; None if the same."""
+    if signals.cart is None or signals.parts is not None or is_too_fast(signals):
+        return None
+    command = _hold(raw, signals, nearest=False).command
+    return None if np.allclose(command, signals.command, atol=SAME_COMMAND) else command
 
 
 def _list_commands(raw: RawRecording) -> tuple[Floats, Floats]:

@@ -33,6 +33,7 @@ def join_recordings(recordings: Sequence[Recording]) -> Recording:
         max(recording.timing_spread_s for recording in recordings),
         _pick_latency(recordings),
         join_doubts([each.doubt for each in recordings], [len(r.signals) for r in recordings]),
+        _join_at_once(recordings),
     )
 
 
@@ -53,6 +54,15 @@ def _join_rates(recordings: Sequence[Recording]) -> Floats | None:
     """Return the reported velocities, (n, 2); None unless all recordings report some."""
     rates = [recording.rates for recording in recordings if recording.rates is not None]
     return np.concatenate(rates) if len(rates) == len(recordings) else None
+
+
+def _join_at_once(recordings: Sequence[Recording]) -> Floats | None:
+    """Return the commands as they act at once, (n,); None where they are the same in each."""
+    if all(recording.at_once is None for recording in recordings):
+        return None
+    return np.concatenate(
+        [r.signals.command if r.at_once is None else r.at_once for r in recordings]
+    )
 
 
 def _join_findings(recordings: Sequence[Recording]) -> tuple[QualityFinding, ...]:

@@ -67,7 +67,7 @@ def _move_commands_of(recording: Recording, samples: int) -> Recording:
     if doubt is not None:
         source = _list_sources(recording.signals, samples)
         doubt = _move_doubt(doubt, source, samples)
-    return replace(recording, signals=moved, doubt=doubt)
+    return replace(recording, signals=moved, doubt=doubt, at_once=None)
 
 
 def _list_sources(signals: Signals, samples: int) -> Ints:

@@ -116,5 +116,5 @@ def put_pole_on_moving_axis(case: Case, theta: Floats) -> Case | None:
         cart=None,
         pole_valid=signals.pole_valid & signals.cart_valid,
     )
-    recording = replace(case.recording, signals=alone, doubt=None)
+    recording = replace(case.recording, signals=alone, doubt=None, at_once=None)
     return replace(make_case(recording, smooth_state(alone), case.twin), step_s=case.step_s)

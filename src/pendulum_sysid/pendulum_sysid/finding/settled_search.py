@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pendulum_sysid import decisions
+from pendulum_sysid.finding.commands_at_once import take_commands_at_once
 from pendulum_sysid.finding.journal import Progress, Search, report_nothing
 from pendulum_sysid.finding.late_command import move_late_commands
 from pendulum_sysid.finding.search import Answer, search_effects
@@ -35,7 +36,8 @@ def search_settled(
     report: takes a line of progress for a person.
     """
     report(SETTLING)
-    case = move_late_commands(case, split, tuple(case.twin.effects), make_theta(case.twin))
+    given = tuple(case.twin.effects), make_theta(case.twin)
+    case = take_commands_at_once(move_late_commands(case, split, *given), split, *given)
     if case.recording.doubt is not None:
         quick = Search(replace(case, step_s=decisions.SEARCH_STEP_S), split)
         case = settle_by_twin(case, fit_parameters_alone(quick).theta)
@@ -60,6 +62,7 @@ def settle_commands(
     effects, theta: of the twin, (SIZE,).
     """
     moved = move_late_commands(case, split, effects, theta)
+    moved = take_commands_at_once(moved, split, effects, theta)
     if moved.recording.doubt is None:
         return moved, split
     trimmed = fit_to_better_half(moved, effects, theta)

@@ -71,5 +71,5 @@ def record_runs(case: Case, pieces: Signals, runs: Floats, random: np.random.Gen
     perfect = replace(
         pieces, cart=positions[0], pole=positions[1], cart_valid=every, pole_valid=every
     )
-    recording = replace(case.recording, signals=perfect, doubt=None)
+    recording = replace(case.recording, signals=perfect, doubt=None, at_once=None)
     return make_case(recording, smooth_state(perfect), case.twin)

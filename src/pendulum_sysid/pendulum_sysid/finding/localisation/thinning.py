@@ -38,6 +38,8 @@ def thin_out(case: Case, most: int | None = None) -> Case:
     rates = None if case.recording.rates is None else case.recording.rates[at]
     return replace(
         case,
-        recording=replace(case.recording, signals=signals.cut(kept), rates=rates, doubt=None),
+        recording=replace(
+            case.recording, signals=signals.cut(kept), rates=rates, doubt=None, at_once=None
+        ),
         state=state,
     )
