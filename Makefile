@@ -125,6 +125,7 @@ $(VENV)/.learning-$(ROS): $(VENV)/.pinned-$(ROS) requirements-learning.lock
 $(VENV)/.compiled-$(ROS): $(VENV)/.installed-$(ROS) $(wildcard src/pendulum_twin/pendulum_twin/*.py src/pendulum_twin/pendulum_twin/effects/*.py src/pendulum_twin/pendulum_twin/laws/*.py)
 	@echo "Compiling the twin"
 	$(BIN)/python -m pendulum_twin.compile_ahead --all > /dev/null
+	$(BIN)/python -m compileall -q src  # for users whose Python writes no bytecode, too
 	touch $@
 
 $(VENV)/.installed-$(ROS): $(VENV)/.pinned-$(ROS) $(PACKAGES:%=%/setup.py)

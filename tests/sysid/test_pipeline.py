@@ -207,6 +207,7 @@ def measure_beside(
         ask_shapes_again=lambda *about: (),
         add_readings=lambda case, fit, sure: (fit, sure),
         run_parts=lambda case, split: run_at(score),
+        inspect_twin=lambda *about: [],
         localise=lambda *about: None,
         is_unlike=lambda findings: is_unlike,
         is_surely_behind=lambda improved, given: is_behind,

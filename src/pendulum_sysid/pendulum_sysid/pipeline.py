@@ -17,6 +17,7 @@ from pendulum_sysid.finding.given_twin import (
     is_surely_behind,
     take_given_twin,
 )
+from pendulum_sysid.finding.localisation.inspection import inspect_twin, inspect_twins
 from pendulum_sysid.finding.localisation.localise import localise
 from pendulum_sysid.finding.localisation.shape_check import (
     Misfit,
@@ -148,9 +149,8 @@ def _plan_beside_laws(findings: Findings, split: Split, ties: Sequence[Tie]) -> 
 def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -> Findings:
     """Return the findings of all stages after the search, from which the verdict is written.
 
-    answer: what the search ended at; its fits are compared, on the windows that were learned from
-        and on those held out, by free runs, by the missing force that each leaves, and by the
-        noise floor.
+    answer: what the search ended at; its fits are compared, on learned and on held-out windows,
+        by free runs, by the missing force that each leaves, and by the noise floor.
     """
     progress(Stage.JUDGING)
     before, after = run_parts(case, split), run_parts(replace(case, twin=answer.best.twin), split)
@@ -164,7 +164,8 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
     improved = replace(case, twin=best.twin)
     windows = cut_windows(case.signals, case.state, WINDOW_S)
     base_runs = run_windows(replace(case, twin=base.twin), windows)
-    remainders = measure_remainders(case, best, base)
+    equations, at_base = inspect_twins(case, (best.theta, base.theta))
+    remainders = measure_remainders(case, best, base, [each.table for each in equations])
     learned_misfit, held_out_misfit = measure_whole_windows(case, split, best)
     findings = Findings(
         case=case,
@@ -173,8 +174,8 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
         named=answer.named,
         perhaps=answer.perhaps,
         sets=answer.sets,
-        location=localise(case, base.theta, base_runs),
-        remains=localise(case, best.theta, after["train"]),
+        location=localise(at_base, base.theta, base_runs),
+        remains=localise(equations, best.theta, after["train"]),
         before=before,
         after=after,
         floor=measure_noise_floor(improved, best.theta, split.held_out),
@@ -234,7 +235,7 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
         with_laws=fit,
         needed=needed if at_noise else (),
         after=after,
-        remains=localise(case, fit.theta, after["train"]),
+        remains=localise(inspect_twin(case, fit.theta), fit.theta, after["train"]),
         floor=measure_noise_floor(improved, fit.theta, split.held_out),
         law_misfits=law_misfits,
         given_stays=False,

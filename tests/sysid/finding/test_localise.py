@@ -10,6 +10,7 @@ from support.hidden_physics import HIDDEN, INTECO, record_hidden
 
 from pendulum_sysid.finding.journal import Search
 from pendulum_sysid.finding.localisation.balance import make_balances
+from pendulum_sysid.finding.localisation.inspection import inspect_twin, inspect_twins
 from pendulum_sysid.finding.localisation.knots import make_hats, make_sided_knots, spread_knots
 from pendulum_sysid.finding.localisation.localise import (
     AXIS_UNITS,
@@ -33,7 +34,9 @@ from pendulum_twin.parameter_vector import make_theta
 
 def localise_twin(case: Case, twin: Twin, theta: Floats) -> Localisation:
     windows = cut_windows(case.signals, case.state, WINDOW_S)
-    return localise(case, theta, run_windows(replace(case, twin=twin), windows))
+    return localise(
+        inspect_twin(case, theta), theta, run_windows(replace(case, twin=twin), windows)
+    )
 
 
 def localise_refitted(recording: Recording) -> Localisation:
@@ -243,3 +246,13 @@ def test_both_sides_of_a_balance_go_through_the_same_filter() -> None:
     for balance in make_balances(case, make_theta(truth)):
         residual = balance.lacking
         assert np.sqrt(np.mean(residual**2)) < 2.0 * balance.noise < 0.1 * balance.size
+
+
+def test_equal_twins_are_inspected_once() -> None:
+    case = prepare_case([record_hidden({}, 1, 20.0)[0]], INTECO)
+    theta = make_theta(INTECO)
+    other = theta.copy()
+    other[0] *= 1.01
+    first, again, different = inspect_twins(case, (theta, theta.copy(), other))
+    assert first is again
+    assert first is not different

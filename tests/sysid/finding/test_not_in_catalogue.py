@@ -13,6 +13,7 @@ from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.sensors import Encoders
 from pendulum_bridge.emulator.session import play_plan
 from pendulum_sysid.finding.journal import Search
+from pendulum_sysid.finding.localisation.inspection import inspect_twin
 from pendulum_sysid.finding.localisation.localise import localise
 from pendulum_sysid.finding.localisation.shape_check import (
     find_misfits,
@@ -69,7 +70,7 @@ class Diagnosed:
     def location(self) -> Localisation:
         twin = replace(self.case, twin=self.base.twin)
         runs = run_windows(twin, cut_windows(self.case.signals, self.case.state, WINDOW_S))
-        return localise(self.case, self.base.theta, runs)
+        return localise(inspect_twin(self.case, self.base.theta), self.base.theta, runs)
 
     @cached_property
     def doubted(self) -> set[str]:

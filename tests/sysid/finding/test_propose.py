@@ -9,7 +9,8 @@ from support.hidden_physics import HIDDEN, INTECO, record_hidden
 from support.made_recordings import PERIOD_S, made_states, sweep, without_joint
 
 from pendulum_sysid import decisions
-from pendulum_sysid.finding.propose import Proposal, propose
+from pendulum_sysid.finding.detectors import detector
+from pendulum_sysid.finding.propose import Proposal, list_probes, propose
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit
 from pendulum_sysid.fitting.split import split_windows
@@ -51,6 +52,17 @@ def test_what_is_hidden_is_ranked_first_or_second() -> None:
     near_the_top = [name for name, rank in ranks.items() if rank <= 2]
     assert len(near_the_top) >= 0.8 * len(ranks), ranks
     assert max(ranks.values()) <= decisions.CANDIDATES_REFITTED, ranks
+
+
+def test_detectors_share_the_balance_that_they_ask(monkeypatch: pytest.MonkeyPatch) -> None:
+    case, _, alone = fit_hidden("", 1)
+    calls = []
+    make_balance = detector.make_balance
+    monkeypatch.setattr(
+        detector, "make_balance", lambda *given: calls.append(given) or make_balance(*given)
+    )
+    list_probes(case, alone)
+    assert len(calls) == 1
 
 
 def test_where_nothing_is_missing_little_is_promised() -> None:

@@ -12,10 +12,10 @@ from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
 from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from pendulum_sysid.cleaning.clean import clean_recording
-from pendulum_sysid.reading.bag import read_bag, write_bag
+from pendulum_sysid.reading.bag import DEFINITIONS, read_bag, write_bag
 from pendulum_twin.errors import BadInputError
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
@@ -38,6 +38,14 @@ def state(
     values = (np.array(v, dtype=np.float64) for v in (position, velocity, ()))
     message = STORE.types[JOINT_STATE](header, list(names), *values)
     return STORE.serialize_cdr(message, JOINT_STATE)
+
+
+@pytest.mark.parametrize("name", DEFINITIONS)
+def test_types_are_read_as_the_distribution_defines_them(name: str) -> None:
+    own = get_typestore(Stores.EMPTY)
+    for other, definition in DEFINITIONS.items():
+        own.register(get_types_from_msg(definition, other))
+    assert own.generate_msgdef(name) == STORE.generate_msgdef(name)
 
 
 def number(value: float) -> bytes:

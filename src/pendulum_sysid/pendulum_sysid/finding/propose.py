@@ -16,6 +16,7 @@ import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.detectors import find_start_detector
+from pendulum_sysid.finding.detectors.detector import Sight
 from pendulum_sysid.finding.separation import find_stand_in
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.linearised import System, linearise
@@ -90,10 +91,11 @@ def propose(case: Case, split: Split, fit: Fit) -> list[Proposal]:
 
 def list_probes(case: Case, fit: Fit) -> list[tuple[Effect, Floats]]:
     """Return every candidate with theta (SIZE,) at each of its typical sizes."""
+    sight = Sight(case, fit.theta)
     return [
         (effect, theta)
         for effect in list_candidates(case, fit.effects)
-        for theta in make_probes(case, fit, effect)
+        for theta in make_probes(sight, fit, effect)
     ]
 
 
@@ -204,10 +206,10 @@ def _can_be_seen(case: Case, effect: Effect) -> bool:
     return rig.has_pole if effect.place in (Place.POLE, Place.SENSOR) else rig.has_cart
 
 
-def make_probes(case: Case, fit: Fit, effect: Effect) -> list[Floats]:
+def make_probes(sight: Sight, fit: Fit, effect: Effect) -> list[Floats]:
     """Return theta (SIZE,) of a fit with the candidate's typical sizes, thinned out if many."""
     probes = []
-    for values in _list_typical_values(case, fit, effect):
+    for values in _list_typical_values(sight, effect):
         theta = fit.theta.copy()
         theta[SLOTS[effect.name]] = values
         for name in list_replaced(effect, fit.effects):
@@ -216,15 +218,15 @@ def make_probes(case: Case, fit: Fit, effect: Effect) -> list[Floats]:
     few = len(probes) <= decisions.PROBES_UNTHINNED
     if few or effect.place not in (Place.CART, Place.POLE):
         return probes
-    return _thin_out(case, fit, effect, probes)
+    return _thin_out(sight.case, fit, effect, probes)
 
 
-def _list_typical_values(case: Case, fit: Fit, effect: Effect) -> list[tuple[float, ...]]:
+def _list_typical_values(sight: Sight, effect: Effect) -> list[tuple[float, ...]]:
     """Return the values of its parameters from which an effect's fits start."""
     detector = find_start_detector(effect)
     if detector is not None:
-        return [reading.values for reading in detector.read(case, fit.theta)]
-    sizes = [compute_size(parameter, case.scales) for parameter in effect.parameters]
+        return [reading.values for reading in detector.read(sight)]
+    sizes = [compute_size(parameter, sight.case.scales) for parameter in effect.parameters]
     combinations = itertools.product(*(parameter.probes for parameter in effect.parameters))
     return [tuple(a * b for a, b in zip(c, sizes, strict=True)) for c in combinations]
 

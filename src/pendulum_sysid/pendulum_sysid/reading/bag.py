@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 from rosbags.rosbag2 import Reader
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
 
 from pendulum_sysid import decisions
 from pendulum_sysid.errors import FileError, UnusableRecording
@@ -34,7 +35,25 @@ from pendulum_twin.topics import PLAYED
 STATE_TOPIC, STATE_TYPE = "/rig/joint_states", "sensor_msgs/msg/JointState"
 COMMAND_TOPIC, COMMAND_TYPE = "/rig/pwm", "std_msgs/msg/Float64"
 
-_STORE = get_typestore(Stores.ROS2_JAZZY)
+# What the two types are made of, as ROS 2 defines it: to load all types of a distribution takes
+# twenty times as long.
+DEFINITIONS = {
+    "builtin_interfaces/msg/Time": "int32 sec\nuint32 nanosec",
+    "std_msgs/msg/Header": "builtin_interfaces/Time stamp\nstring frame_id",
+    STATE_TYPE: "std_msgs/Header header\nstring[] name\n"
+    "float64[] position\nfloat64[] velocity\nfloat64[] effort",
+    COMMAND_TYPE: "float64 data",
+}
+
+
+def _make_store() -> Typestore:
+    store = get_typestore(Stores.EMPTY)
+    for name, definition in DEFINITIONS.items():
+        store.register(get_types_from_msg(definition, name))
+    return store
+
+
+_STORE = _make_store()
 
 
 def read_bag(

@@ -4,6 +4,7 @@ import pytest
 from support.hidden_physics import INTECO, record_hidden
 
 from pendulum_sysid.finding.detectors.angle_scale import read_scale
+from pendulum_sysid.finding.detectors.detector import Sight
 from pendulum_sysid.finding.pole_alone import put_pole_on_moving_axis
 from pendulum_sysid.prepare import prepare_case
 from pendulum_twin.parameter_vector import make_theta
@@ -20,5 +21,5 @@ def test_the_scale_is_near_the_truth(ratio: float, alone: bool) -> None:
     if alone:
         case = put_pole_on_moving_axis(whole, make_theta(whole.twin)) or whole
         assert case.signals.cart is None
-    ((read,),) = (reading.values for reading in read_scale(case, make_theta(case.twin)))
+    ((read,),) = (reading.values for reading in read_scale(Sight(case, make_theta(case.twin))))
     assert read == pytest.approx(ratio, abs=OFF)

@@ -5,6 +5,7 @@ from support.hidden_physics import HIDDEN, INTECO, record_hidden
 from support.made_recordings import without_joint
 
 from pendulum_sysid.finding.detectors.coarse_command import read_step
+from pendulum_sysid.finding.detectors.detector import Sight
 from pendulum_sysid.prepare import prepare_case
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
@@ -19,11 +20,13 @@ def test_the_step_is_the_truth(known: dict[str, dict[str, float]]) -> None:
     """With the wrong sign of the force, a mirrored drive's step reads about twice as large."""
     recording, _ = record_hidden({**known, "coarse_command": HIDDEN["coarse_command"]}, 1, 20.0)
     case = prepare_case([recording], INTECO)
-    ((step,),) = (r.values for r in read_step(case, make_theta(Twin("t", INTECO.rig, known))))
+    ((step,),) = (
+        r.values for r in read_step(Sight(case, make_theta(Twin("t", INTECO.rig, known))))
+    )
     assert step == pytest.approx(HIDDEN["coarse_command"]["step"], rel=2e-3)
 
 
 def test_a_pole_alone_has_no_command() -> None:
     recording = without_joint(record_hidden({}, 1, 20.0)[0], "cart")
     case = prepare_case([recording], INTECO)
-    assert read_step(case, make_theta(case.twin)) == ()
+    assert read_step(Sight(case, make_theta(case.twin))) == ()

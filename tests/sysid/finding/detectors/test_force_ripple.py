@@ -5,6 +5,7 @@ import pytest
 from support.hidden_physics import HIDDEN, INTECO, record_hidden
 from support.made_recordings import without_joint
 
+from pendulum_sysid.finding.detectors.detector import Sight
 from pendulum_sysid.finding.detectors.force_ripple import read_ripple
 from pendulum_sysid.prepare import prepare_case
 from pendulum_twin.parameter_vector import make_theta
@@ -15,7 +16,9 @@ def test_period_phase_and_size_are_near_the_truth(seed: int) -> None:
     hidden = HIDDEN["force_ripple"]
     recording, truth = record_hidden({"force_ripple": hidden}, seed, 20.0)
     case = prepare_case([recording], INTECO)
-    ((ratio, period_m, phase_rad),) = (r.values for r in read_ripple(case, make_theta(case.twin)))
+    ((ratio, period_m, phase_rad),) = (
+        r.values for r in read_ripple(Sight(case, make_theta(case.twin)))
+    )
     assert period_m == pytest.approx(hidden["period_m"], rel=0.02)
     # a ratio of the twin's force per command, which is not the rig's
     force_n = ratio * INTECO.rig.force_per_pwm_n / truth.rig.force_per_pwm_n
@@ -26,4 +29,4 @@ def test_period_phase_and_size_are_near_the_truth(seed: int) -> None:
 def test_a_pole_alone_has_no_ripple() -> None:
     recording = without_joint(record_hidden({}, 1, 20.0)[0], "cart")
     case = prepare_case([recording], INTECO)
-    assert read_ripple(case, make_theta(case.twin)) == ()
+    assert read_ripple(Sight(case, make_theta(case.twin))) == ()

@@ -5,6 +5,7 @@ import pytest
 from support.hidden_physics import HIDDEN, INTECO, record_hidden
 from support.made_recordings import without_joint
 
+from pendulum_sysid.finding.detectors.detector import Sight
 from pendulum_sysid.finding.detectors.periodic_force import read_vibration
 from pendulum_sysid.prepare import prepare_case
 from pendulum_twin.parameter_vector import make_theta
@@ -16,7 +17,7 @@ def test_frequency_phase_and_size_are_near_the_truth(seed: int) -> None:
     recording, _ = record_hidden({"periodic_force": hidden}, seed, 20.0)
     case = prepare_case([recording], INTECO)
     ((amplitude_n, frequency_hz, phase_rad),) = (
-        reading.values for reading in read_vibration(case, make_theta(case.twin))
+        reading.values for reading in read_vibration(Sight(case, make_theta(case.twin)))
     )
     assert frequency_hz == pytest.approx(hidden["frequency_hz"], abs=0.2 / 20.0)
     assert amplitude_n == pytest.approx(hidden["amplitude_n"], rel=0.2)
@@ -26,4 +27,4 @@ def test_frequency_phase_and_size_are_near_the_truth(seed: int) -> None:
 def test_a_pole_alone_has_no_force_on_a_cart() -> None:
     recording = without_joint(record_hidden({}, 1, 20.0)[0], "cart")
     case = prepare_case([recording], INTECO)
-    assert read_vibration(case, make_theta(case.twin)) == ()
+    assert read_vibration(Sight(case, make_theta(case.twin))) == ()

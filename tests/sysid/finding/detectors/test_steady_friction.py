@@ -7,7 +7,7 @@ import pytest
 from support.hidden_physics import INTECO, record_hidden
 from support.made_recordings import made, without_joint
 
-from pendulum_sysid.finding.detectors.detector import Reading
+from pendulum_sysid.finding.detectors.detector import Reading, Sight
 from pendulum_sysid.finding.detectors.steady_friction import combine_levels, read_friction
 from pendulum_sysid.finding.localisation.measured_curves import Curve
 from pendulum_sysid.finding.localisation.questions import Measured, make_number_question
@@ -34,7 +34,7 @@ def read(recording: Recording, twin: Twin = INTECO) -> tuple[Reading, ...]:
     case = prepare_case([recording], twin)
     split = split_windows(case.signals, case.state)
     base = fit(case, split, tuple(case.twin.effects), make_theta(case.twin), 4)
-    return read_friction(case, base.theta)
+    return read_friction(Sight(case, base.theta))
 
 
 def measure_level(recording: Recording, twin: Twin = INTECO) -> Estimate | None:

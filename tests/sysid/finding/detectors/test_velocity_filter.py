@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from support.hidden_physics import INTECO, record_hidden, report_rates
 
+from pendulum_sysid.finding.detectors.detector import Sight
 from pendulum_sysid.finding.detectors.velocity_filter import read_filter
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Estimate, Recording
@@ -15,7 +16,7 @@ from pendulum_twin.parameter_vector import make_theta
 def read_constant(recording: Recording) -> Estimate | None:
     """Return the time constant (s) that the detector reads."""
     case = prepare_case([recording], INTECO)
-    readings = read_filter(case, make_theta(case.twin))
+    readings = read_filter(Sight(case, make_theta(case.twin)))
     return readings[0].estimates["time_constant_s"] if readings else None
 
 

@@ -13,7 +13,7 @@ from pendulum_sysid.finding.detectors import (
     steady_friction,
     velocity_filter,
 )
-from pendulum_sysid.finding.detectors.detector import Detector, Reading, Use
+from pendulum_sysid.finding.detectors.detector import Detector, Reading, Sight, Use
 from pendulum_sysid.fitting.case import Case
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects.effect import Effect
@@ -42,9 +42,10 @@ def read_effects(case: Case, theta: Floats, use: Use) -> tuple[Reading, ...]:
 
     theta: (SIZE,) of the twin fitted so far.
     """
+    sight = Sight(case, theta)
     return tuple(
         reading
         for detector in DETECTORS
         if detector.use is use and detector.effect.name not in case.twin.effects
-        for reading in detector.read(case, theta)
+        for reading in detector.read(sight)
     )

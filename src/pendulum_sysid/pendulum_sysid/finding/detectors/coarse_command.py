@@ -6,14 +6,13 @@ balance of the force judges every step at once.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from pendulum_sysid.finding.detectors.detector import Detector, Reading, Use
-from pendulum_sysid.finding.detectors.force_waves import take_out
-from pendulum_sysid.finding.localisation.balance import FORCE, make_balance
-from pendulum_sysid.finding.localisation.thinning import thin_out
+from pendulum_sysid.finding.detectors.detector import Detector, Reading, Sight, Use
+from pendulum_sysid.finding.detectors.force_waves import TRIED_AT_ONCE, take_out
 from pendulum_sysid.fitting.case import Case
 from pendulum_twin.arrays import Floats, Ints
 from pendulum_twin.effects import coarse_command, input_sign_inverted
@@ -39,18 +38,15 @@ class Places:
     part: Floats
 
     def take_mean(self, values: Floats) -> Floats:
-        """Return the mean of values (n,) over the period from each place on."""
-        mean: Floats = self.rest * values.take(self.first) + self.part * values.take(self.after)
+        """Return the mean of values (n, k) over the period from each place on."""
+        first, after = values.take(self.first, axis=0), values.take(self.after, axis=0)
+        mean: Floats = self.rest[:, None] * first + self.part[:, None] * after
         return mean
 
 
-def read_step(case: Case, theta: Floats) -> tuple[Reading, ...]:
-    """Return the step that explains most of the cart's missing force; none without a command.
-
-    theta: (SIZE,) of the twin fitted so far.
-    """
-    case = thin_out(case)
-    balance = make_balance(case, theta, FORCE)
+def read_step(sight: Sight) -> tuple[Reading, ...]:
+    """Return the step that explains most of the cart's missing force; none without a command."""
+    case, theta, balance = sight.thinned, sight.theta, sight.force
     most = float(np.max(np.abs(case.signals.command), initial=0.0))
     if balance is None or most <= 0.0:
         return ()
@@ -60,16 +56,23 @@ def read_step(case: Case, theta: Floats) -> tuple[Reading, ...]:
     own = np.linalg.qr(balance.turned)[0]
     lacking = take_out(own, balance.lacking)
 
-    def explain(step: float) -> float:
-        """Return how much of the missing force the rounding to a step explains."""
-        column = force_n * _compute_rounding(case.signals.command, places, step)
-        rounding = take_out(own, balance.sieve(column))
-        likeness, size = float(lacking @ rounding), float(rounding @ rounding)
-        return max(likeness, 0.0) ** 2 / size if size > 0.0 else 0.0
+    def explain(steps: Floats) -> Floats:
+        """Return how much of the missing force the rounding to each step (k,) explains, (k,)."""
+        columns = force_n * _compute_rounding(case.signals.command, places, steps)
+        rounding = take_out(own, balance.sieve(columns))
+        likeness, size = lacking @ rounding, np.sum(rounding**2, axis=0)
+        explained: Floats = np.maximum(likeness, 0.0) ** 2 / np.where(size > 0.0, size, np.inf)
+        return explained
 
-    best = max((most * STEPS).tolist(), key=explain)
-    best = max((best * (1.0 + AROUND)).tolist(), key=explain)
+    best = _find_best(explain, most * STEPS)
+    best = _find_best(explain, best * (1.0 + AROUND))
     return (Reading(EFFECT.name, (best,)),)
+
+
+def _find_best(explain: Callable[[Floats], Floats], steps: Floats) -> float:
+    """Return the first of the steps that explain most, a few being tried at once."""
+    pieces = np.array_split(steps, -(-len(steps) // TRIED_AT_ONCE))
+    return float(steps[int(np.argmax(np.concatenate([explain(piece) for piece in pieces])))])
 
 
 def _find_places(case: Case, theta: Floats) -> tuple[Places, Places]:
@@ -87,11 +90,10 @@ def _make_places(at: Floats, count: int) -> Places:
     return Places(first, np.minimum(first + 1, count - 1), 1.0 - part, part)
 
 
-def _compute_rounding(command: Floats, places: tuple[Places, Places], step: float) -> Floats:
-    """Return what the rounding adds to the command (n,) around each sample, (n,)."""
-    added: Floats = (
-        step * np.floor(command / step + 0.5) - command
-    )  # the effect's law, of an array
+def _compute_rounding(command: Floats, places: tuple[Places, Places], steps: Floats) -> Floats:
+    """Return what the rounding to steps (k,) adds to the command (n,) around samples, (n, k)."""
+    sent = command[:, None]
+    added: Floats = steps * np.floor(sent / steps + 0.5) - sent  # the effect's law, of an array
     after, before = (place.take_mean(added) for place in places)
     around: Floats = 0.5 * (after + before)
     return around

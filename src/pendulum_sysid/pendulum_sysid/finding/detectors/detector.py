@@ -9,8 +9,17 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import cached_property
 
 from pendulum_sysid.finding.judge import Lead
+from pendulum_sysid.finding.localisation.balance import (
+    FORCE,
+    Balance,
+    Motion,
+    compute_motion,
+    make_balance,
+)
+from pendulum_sysid.finding.localisation.thinning import thin_out
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.records import Estimate
 from pendulum_twin.arrays import Floats
@@ -44,15 +53,41 @@ class Reading:
 
 
 @dataclass(frozen=True)
+class Sight:
+    """Hold a recording as a twin sees it; what several detectors ask for is computed once.
+
+    case: the recording.
+    theta: (SIZE,) of the twin fitted so far.
+    """
+
+    case: Case
+    theta: Floats
+
+    @cached_property
+    def thinned(self) -> Case:
+        """Return the case, thinned out where it is long."""
+        return thin_out(self.case)
+
+    @cached_property
+    def motion(self) -> Motion:
+        """Return the motion of the thinned recording, seen through the twin's sensors."""
+        return compute_motion(self.thinned, self.theta)
+
+    @cached_property
+    def force(self) -> Balance | None:
+        """Return the balance of the cart's force in the thinned recording; None without a cart."""
+        return make_balance(self.thinned, self.theta, FORCE)
+
+
+@dataclass(frozen=True)
 class Detector:
     """Read one effect off a recording.
 
     effect: what is looked for.
     use: what becomes of the readings.
-    read: takes the case and theta (SIZE,) of the twin fitted so far; returns the readings, the
-        clearest first, none where the effect does not show.
+    read: returns the readings, the clearest first, none where the effect does not show.
     """
 
     effect: Effect
     use: Use
-    read: Callable[[Case, Floats], tuple[Reading, ...]]
+    read: Callable[[Sight], tuple[Reading, ...]]

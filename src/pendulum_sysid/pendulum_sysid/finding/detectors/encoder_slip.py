@@ -14,8 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pendulum_sysid import decisions
-from pendulum_sysid.finding.detectors.detector import Detector, Reading, Use
-from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.finding.detectors.detector import Detector, Reading, Sight, Use
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import encoder_slip
 from pendulum_twin.signals import Signals
@@ -36,9 +35,9 @@ class AngleStep:
     angle_rad: float
 
 
-def read_slips(case: Case, theta: Floats) -> tuple[Reading, ...]:
+def read_slips(sight: Sight) -> tuple[Reading, ...]:
     """Return steps of the pole's angle as slips of its encoder, the clearest first."""
-    steps = find_angle_steps(case.signals, case.state.noise.pole_rad)
+    steps = find_angle_steps(sight.case.signals, sight.case.state.noise.pole_rad)
     return tuple(Reading(EFFECT.name, (step.angle_rad, step.time_s)) for step in steps)
 
 

@@ -8,16 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pendulum_sysid.finding.detectors.detector import Detector, Reading, Use
+from pendulum_sysid.finding.detectors.detector import Detector, Reading, Sight, Use
 from pendulum_sysid.finding.detectors.force_waves import take_out
-from pendulum_sysid.finding.localisation.balance import (
-    FORCE,
-    Balance,
-    compute_motion,
-    make_balance,
-)
-from pendulum_sysid.finding.localisation.thinning import thin_out
-from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.finding.localisation.balance import Balance
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import load_put_on
 from pendulum_twin.sensors import compute_paces
@@ -26,17 +19,13 @@ EFFECT = load_put_on.EFFECT
 INSTANTS = 60  # tried at once: a second apart in a minute
 
 
-def read_load(case: Case, theta: Floats) -> tuple[Reading, ...]:
-    """Return the load that explains most of the cart's missing force; none without a cart.
-
-    theta: (SIZE,) of the twin fitted so far.
-    """
-    case = thin_out(case)
-    balance = make_balance(case, theta, FORCE)
+def read_load(sight: Sight) -> tuple[Reading, ...]:
+    """Return the load that explains most of the cart's missing force; none without a cart."""
+    balance = sight.force
     if balance is None:
         return ()
-    acceleration = compute_motion(case, theta).a
-    t = case.signals.clock_s * float(compute_paces(theta))
+    acceleration = sight.motion.a
+    t = sight.thinned.signals.clock_s * float(compute_paces(sight.theta))
     spaced = np.linspace(float(np.min(t)), float(np.max(t)), INSTANTS + 2)[1:-1]
     _, about_s = _find_load(balance, acceleration, t, spaced)
     near = about_s + (spaced[1] - spaced[0]) * np.linspace(-1.0, 1.0, INSTANTS)

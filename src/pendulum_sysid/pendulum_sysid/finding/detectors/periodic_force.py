@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from pendulum_sysid.finding.detectors.detector import Detector, Reading, Use
+from pendulum_sysid.finding.detectors.detector import Detector, Reading, Sight, Use
 from pendulum_sysid.finding.detectors.force_waves import find_wave
-from pendulum_sysid.finding.localisation.balance import FORCE, make_balance
 from pendulum_sysid.finding.localisation.table import Table
-from pendulum_sysid.finding.localisation.thinning import thin_out
 from pendulum_sysid.finding.localisation.waves import find_vibration_hz
-from pendulum_sysid.fitting.case import Case
-from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import periodic_force
 from pendulum_twin.sensors import compute_paces
 
@@ -19,20 +15,16 @@ EFFECT = periodic_force.EFFECT
 AROUND = np.linspace(-1.0, 1.0, 9)  # of the spectrum's resolution, to either side of its peak
 
 
-def read_vibration(case: Case, theta: Floats) -> tuple[Reading, ...]:
-    """Return the clearest line of the cart's missing force; none where no line stands out.
-
-    theta: (SIZE,) of the twin fitted so far.
-    """
-    case = thin_out(case)
-    balance = make_balance(case, theta, FORCE)
+def read_vibration(sight: Sight) -> tuple[Reading, ...]:
+    """Return the clearest line of the cart's missing force; none where no line stands out."""
+    balance, signals = sight.force, sight.thinned.signals
     if balance is None:
         return ()
     hertz = find_vibration_hz(balance, Table(balance, []).compute_residual(()))
     if hertz is None:
         return ()
-    pace, clock_s = float(compute_paces(theta)), case.signals.clock_s
-    tried = 2.0 * np.pi * (hertz + AROUND / case.signals.seconds) / pace
+    pace, clock_s = float(compute_paces(sight.theta)), signals.clock_s
+    tried = 2.0 * np.pi * (hertz + AROUND / signals.seconds) / pace
     wave = find_wave(balance, np.ones_like(clock_s), clock_s * pace, tried)
     return (Reading(EFFECT.name, (wave.amplitude, wave.wavenumber / (2.0 * np.pi), wave.phase)),)
 

@@ -14,16 +14,13 @@ from __future__ import annotations
 import numpy as np
 
 from pendulum_sysid import decisions
-from pendulum_sysid.finding.detectors.detector import Detector, Reading, Use
-from pendulum_sysid.finding.localisation.balance import FORCE, compute_motion, make_balance
+from pendulum_sysid.finding.detectors.detector import Detector, Reading, Sight, Use
+from pendulum_sysid.finding.localisation.balance import FORCE
 from pendulum_sysid.finding.localisation.explain import explain
 from pendulum_sysid.finding.localisation.inspection import get_own_constants, make_table
 from pendulum_sysid.finding.localisation.measured_curves import Curve, measure_curves
 from pendulum_sysid.finding.localisation.table import Table
-from pendulum_sysid.finding.localisation.thinning import thin_out
-from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.records import Estimate
-from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME, CATALOGUE, cart_coulomb_friction, cart_load_friction
 from pendulum_twin.effects.effect import Form, Place
 
@@ -34,34 +31,33 @@ FRICTION_FORMS = (Form.DRY, Form.PATH_FORCE, Form.STATE_FRICTION)
 BESIDE = ("command", "cart_position")  # curves of the force that may take their part first
 
 
-def read_friction(case: Case, theta: Floats) -> tuple[Reading, ...]:
+def read_friction(sight: Sight) -> tuple[Reading, ...]:
     """Return the cart's dry friction where it is certain; none where the twin has such friction.
 
-    theta: (SIZE,) of the twin with parameters alone.
+    The twin has parameters alone.
     """
-    laws = [BY_NAME[name] for name in case.twin.effects]
+    laws = [BY_NAME[name] for name in sight.case.twin.effects]
     if any(law.form in FRICTION_FORMS and law.place is Place.CART for law in laws):
         return ()
-    level = measure_friction(case, theta)
+    level = measure_friction(sight)
     if level is None:
         return ()
     estimates = {EFFECT.parameters[0].name: level}
     alike = [other.name for other in CATALOGUE if EFFECT.name in other.simpler]
-    if case.signals.pole is not None:  # without a pole the load is constant
+    if sight.case.signals.pole is not None:  # without a pole the load is constant
         alike.append(LOAD_FRICTION.name)
     return (Reading(EFFECT.name, (level.value,), estimates, inseparable_from=tuple(alike)),)
 
 
-def measure_friction(case: Case, theta: Floats) -> Estimate | None:
+def measure_friction(sight: Sight) -> Estimate | None:
     """Return the level (N) of the dry friction that a twin lacks; None when it is in doubt.
 
     Its interval reaches from the lowest to the highest level that was well measured anywhere.
     """
-    case = thin_out(case)
-    balance = make_balance(case, theta, FORCE)
+    theta, balance = sight.theta, sight.force
     if balance is None:
         return None
-    table = make_table(case, compute_motion(case, theta), balance, theta)
+    table = make_table(sight.thinned, sight.motion, balance, theta)
     beside = _choose_questions_beside(table)
     levels = []
     for key in (key for key in table.questions if key.startswith(PRODUCT)):

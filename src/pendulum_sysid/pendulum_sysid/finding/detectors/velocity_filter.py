@@ -16,9 +16,8 @@ from scipy.optimize import minimize_scalar
 
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.smooth_state import SmoothState
-from pendulum_sysid.finding.detectors.detector import Detector, Reading, Use
+from pendulum_sysid.finding.detectors.detector import Detector, Reading, Sight, Use
 from pendulum_sysid.finding.judge import Lead
-from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.windows import list_channels
 from pendulum_sysid.records import Estimate, Recording
 from pendulum_twin.arrays import Floats, Ints, Mask
@@ -45,9 +44,9 @@ class Lag:
     standard_errors: float
 
 
-def read_filter(case: Case, theta: Floats) -> tuple[Reading, ...]:
+def read_filter(sight: Sight) -> tuple[Reading, ...]:
     """Return the filter of the reported velocities, where one is needed to explain them."""
-    lag = find_velocity_lag(case.recording, case.state)
+    lag = find_velocity_lag(sight.case.recording, sight.case.state)
     if lag is None:
         return ()
     estimates = {EFFECT.parameters[0].name: lag.time_constant_s}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from pendulum_sysid.finding.localisation.balance import (
@@ -48,18 +49,34 @@ class Inspected:
     missing: float
 
 
-def inspect_equations(case: Case, theta: Floats) -> list[Inspected]:
+def inspect_twins(case: Case, vectors: Sequence[Floats]) -> list[list[Inspected]]:
+    """Return what explains the force and the torque that each twin lacks; equal twins once.
+
+    vectors: (SIZE,) theta of each twin.
+    """
+    different = {theta.tobytes(): theta for theta in vectors}
+    inspected = {key: inspect_twin(case, theta) for key, theta in different.items()}
+    return [inspected[theta.tobytes()] for theta in vectors]
+
+
+def inspect_twin(case: Case, theta: Floats) -> list[Inspected]:
     """Return what explains the force and the torque that a twin with this theta (SIZE,) lacks."""
-    case = thin_out(case)
-    here = compute_motion(case, theta)
     equations = []
-    for balance in make_balances(case, theta):
-        table = make_table(case, here, balance, theta)
+    for table in make_tables(thin_out(case), theta, theta):
         keys = explain(table)
-        own = max(balance.size**2, 1e-300)
+        own = max(table.balance.size**2, 1e-300)
         shared = {key: gain / own for key, gain in share_gains(table, keys).items()}
         equations.append(Inspected(table, keys, shared, compute_missing_power(table, keys) / own))
     return equations
+
+
+def make_tables(case: Case, theta: Floats, seen_through: Floats) -> list[Table]:
+    """Return the table of all questions about each equation for a twin with this theta (SIZE,).
+
+    seen_through: (SIZE,) of the twin through which the motion is seen that questions are about.
+    """
+    here = compute_motion(case, seen_through)
+    return [make_table(case, here, balance, theta) for balance in make_balances(case, theta)]
 
 
 def make_table(case: Case, here: Motion, balance: Balance, theta: Floats) -> Table:

@@ -9,17 +9,16 @@ that did not make the curves; force and torque are counted on one scale, each in
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Sequence
 
 import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.localisation.inspection import (
     Inspected,
-    inspect_equations,
     measure_curves_of,
 )
 from pendulum_sysid.finding.localisation.measured_curves import Curve
-from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.window_runs import WindowRuns
 from pendulum_sysid.records import Evidence, Localisation
 from pendulum_twin.arrays import Floats
@@ -38,12 +37,12 @@ AXIS_UNITS = {  # axis of a curve -> its unit; a command has that of its twin fi
 }
 
 
-def localise(case: Case, theta: Floats, runs: WindowRuns) -> Localisation:
+def localise(equations: Sequence[Inspected], theta: Floats, runs: WindowRuns) -> Localisation:
     """Return where the twin with this theta (SIZE,), its signs right, falls short.
 
+    equations: what explains the force and the torque that it lacks.
     runs: its free runs, for the stretches of the recording where it is worst.
     """
-    equations = inspect_equations(case, theta)
     total = sum(equation.missing for equation in equations)
     answers = [
         _make_evidence(equation, curve, equation.gains[curve.question.key] / total)

@@ -27,7 +27,7 @@ from pendulum_sysid.finding.localisation.balance import (
     make_balances,
 )
 from pendulum_sysid.finding.localisation.explain import explain, is_more_than_chance
-from pendulum_sysid.finding.localisation.inspection import list_questions, make_table
+from pendulum_sysid.finding.localisation.inspection import list_questions, make_tables
 from pendulum_sysid.finding.localisation.questions import Cost, Question
 from pendulum_sysid.finding.localisation.table import Table
 from pendulum_sysid.finding.localisation.thinning import thin_out
@@ -97,16 +97,23 @@ class Remainder:
         return is_more_than_chance(self.table, key)
 
 
-def measure_remainders(case: Case, fit: Fit, base: Fit) -> list[Remainder]:
-    """Return what is left of each equation under a fit; base: the fit of parameters alone."""
-    case = thin_out(case)
-    here, remainders = compute_motion(case, _take_out_static_filters(fit.theta)), []
+def measure_remainders(
+    case: Case, fit: Fit, base: Fit, tables: Sequence[Table] = ()
+) -> list[Remainder]:
+    """Return what is left of each equation under a fit.
+
+    base: the fit of parameters alone.
+    tables: of the fit, seen through its own twin; none where they are not made yet.
+    """
+    case, unfiltered, remainders = thin_out(case), _take_out_static_filters(fit.theta), []
+    if not tables or not np.array_equal(unfiltered, fit.theta):
+        tables = make_tables(case, fit.theta, unfiltered)
     first = {balance.equation: Table(balance, []) for balance in make_balances(case, base.theta)}
-    for balance in make_balances(case, fit.theta):
+    for table in tables:
+        balance = table.balance
         if balance.equation not in first:
             continue
-        table, own = make_table(case, here, balance, fit.theta), max(balance.size**2, 1e-300)
-        gains = _compute_gains(table)
+        own, gains = max(balance.size**2, 1e-300), _compute_gains(table)
         before = max(first[balance.equation].compute_loss(()) - balance.noise**2, 0.0) / own
         remainders.append(Remainder(table, gains, before, table.compute_loss(()) / own))
     return remainders
@@ -130,10 +137,9 @@ def take_off_own_gains(
     perfect = record_own_runs(case, theta, windows)
     if perfect is None:
         return list(remainders)
-    here = compute_motion(perfect, _take_out_static_filters(theta))
     own = {
-        balance.equation: _compute_gains(make_table(perfect, here, balance, theta))
-        for balance in make_balances(perfect, theta)
+        table.balance.equation: _compute_gains(table)
+        for table in make_tables(perfect, theta, _take_out_static_filters(theta))
     }
     return [
         replace(
