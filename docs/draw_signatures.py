@@ -61,6 +61,7 @@ OVER_POSITION = (
     "eccentric_pulley",
 )
 AT_CART = ("cart_sign_inverted", "position_scale", "eccentric_pulley", "sensor_delay")  # sensors
+OVER_COMMAND = ("drive_slew_limit", "stretching_belt", "sensor_delay")
 OVER_RATE = ("pole_coulomb_friction", "pole_quadratic_drag", "angle_delay")
 OVER_TIME = (
     "gain_drift",
@@ -188,7 +189,7 @@ def choose_variable(
         return t, "time, s"
     if effect.name in OVER_POSITION:
         return motion.cart, "cart position, m"
-    if effect.place is Place.COMMAND or effect.name in ("stretching_belt", "sensor_delay"):
+    if effect.place is Place.COMMAND or effect.name in OVER_COMMAND:
         return command, "command"
     if effect.name in OVER_RATE:
         return motion.pole_velocity, "pole rate, rad/s"

@@ -5,6 +5,7 @@ import re
 import shlex
 import subprocess
 import sys
+from dataclasses import MISSING, fields
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from pendulum_sysid.cli import MODULES
 from pendulum_sysid.reading.bag import read_bag
 from pendulum_sysid.verbs.options import make_parser
 from pendulum_twin.effects import BY_NAME
+from pendulum_twin.effects.effect import Effect, Parameter
 from pendulum_twin.model import load_twin
 
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
@@ -81,6 +83,18 @@ def test_the_readme_lists_the_catalogue() -> None:
     assert set(re.findall(r"`(\w+)`", section(README, "The catalogue"))) - {"CATALOGUE"} == set(
         BY_NAME
     )
+
+
+def test_contributing_names_every_field_that_an_effect_may_leave_out() -> None:
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    words = set(re.findall(r"\w+", " ".join(re.findall(r"`[^`\n]+`", text))))
+    left_out = {
+        field.name
+        for kind in (Effect, Parameter)
+        for field in fields(kind)
+        if field.default is not MISSING
+    }
+    assert left_out - words == set()
 
 
 def test_the_demo_of_the_readme_shows_what_its_seed_conceals() -> None:

@@ -25,6 +25,7 @@ HIDDEN: dict[str, dict[str, float]] = {
     "soft_saturation": {"limit": 0.6},
     "gain_asymmetry": {"ratio": 0.06},
     "gain_drift": {"per_s": -0.002},
+    "drive_slew_limit": {"ramp_s": 0.4},
     "motor_lag": {"time_constant_s": 0.04},
     "stretching_belt": {"period_s": 0.12, "damping": 0.1},
     "belt_backlash": {"gap_m": 0.002},

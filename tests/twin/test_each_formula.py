@@ -100,6 +100,23 @@ def test_a_drive_that_grows_ends_at_ten_times():
     np.testing.assert_allclose(states[:, V], speed, rtol=1e-3, atol=3e-3)
 
 
+@pytest.mark.parametrize("ramp_s", [0.03, 0.4567, 2.0])
+def test_drive_slew_limit(ramp_s):
+    """Up, and at half of the way back: a ramp ends within a substep, or not at all."""
+    step = np.where(T >= 0.1, 0.1, 0.0) - np.where(T >= 2.0, 0.15, 0.0)
+    states = run(SLIDING_CART, step, {"drive_slew_limit": {"ramp_s": ramp_s}})
+    up, down = np.maximum(T - 0.1, 0.0), np.maximum(T - 2.0, 0.0)
+
+    def integrate_ramp(on, size):
+        """Return the integral of a ramp from 0 to the size, over the times on (s), s."""
+        whole = abs(size) * ramp_s
+        return size * np.where(on < whole, on**2 / (2 * whole), on - whole / 2)
+
+    # exact in the velocity, for the mean force of every step is
+    speed = GAIN / MASS * (integrate_ramp(up, 0.1) + integrate_ramp(down, -0.15))
+    np.testing.assert_allclose(states[:, V], speed, atol=1e-12)
+
+
 def test_motor_lag():
     tau, step = 0.05, np.where(T >= 0.1, 0.1, 0.0)
     states = run(SLIDING_CART, step, {"motor_lag": {"time_constant_s": tau}})

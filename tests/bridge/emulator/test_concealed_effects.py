@@ -51,6 +51,16 @@ def test_command_stages(effects: dict, sent: list[float], expected: list[float])
     assert [stage(u) for u in sent] == pytest.approx(expected)
 
 
+@pytest.mark.parametrize(("ramp_s", "rising"), [(0.0123, 12.3), (0.1, 100.0)])
+def test_the_ramp_arrives_when_it_should_and_turns_round_at_once(ramp_s, rising) -> None:
+    stage = make_drive({"drive_slew_limit": {"ramp_s": ramp_s}}, 1e-3)
+    up = np.array([stage(1.0) for _ in range(200)])
+    assert np.sum(1.0 - up) * 1e-3 == pytest.approx(ramp_s / 2)  # the triangle that is lost
+    assert up[:12] == pytest.approx((np.arange(12) + 0.5) / rising)
+    assert np.all(up[101:] == 1.0)
+    assert stage(-1.0) == pytest.approx(1.0 - 0.5 / rising)
+
+
 def test_the_lag_rises_with_its_time_constant() -> None:
     stage = make_drive({"motor_lag": {"time_constant_s": 0.05}}, 1e-3)
     risen = [stage(1.0) for _ in range(200)]

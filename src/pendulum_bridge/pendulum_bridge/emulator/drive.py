@@ -90,6 +90,24 @@ def make_drift(step_s: float, per_s: float) -> Stage:
     return stage
 
 
+def make_ramp(step_s: float, ramp_s: float) -> Stage:
+    """Return a stage that moves to a command of 1 in ramp_s at the fastest; it begins at 0.
+
+    It gives its mean over the step: it moves for a part of the step, and then stays.
+    """
+    output = 0.0
+
+    def stage(u: float) -> float:
+        nonlocal output
+        needed_s = ramp_s * abs(u - output)
+        moving_s = min(needed_s, step_s)
+        before = output
+        output = u if needed_s <= step_s else output + math.copysign(step_s / ramp_s, u - output)
+        return output - 0.5 * (output - before) * moving_s / step_s
+
+    return stage
+
+
 def make_lag(step_s: float, time_constant_s: float) -> Stage:
     """Return a stage with a first-order lag; it gives the value in the middle of the step."""
     output, over_half = 0.0, math.exp(-0.5 * step_s / time_constant_s)
@@ -151,6 +169,7 @@ STAGES: dict[str, Callable[..., Stage]] = {
     "soft_saturation": make_bend,
     "gain_asymmetry": make_asymmetry,
     "gain_drift": make_drift,
+    "drive_slew_limit": make_ramp,
     "motor_lag": make_lag,
     "belt_backlash": make_slack,
 }

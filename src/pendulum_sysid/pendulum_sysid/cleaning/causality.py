@@ -2,7 +2,8 @@
 
 A filter that averages over past and future samples lets the cart answer commands that have not
 been given. The cart's balance is fitted with the commands of the coming 0.12 s beside those of the
-past 0.2 s; a rig gives the coming commands no weight, in closed loop neither.
+past 0.2 s; a rig gives the coming commands no weight, in closed loop neither. A drive with a slew
+limit answers in no proportion, so its ramp is looked for first.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from pendulum_sysid.cleaning.cart_balance import (
     differentiate_twice,
     list_other_forces,
 )
+from pendulum_sysid.cleaning.command_ramp import follow_ramp
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.cleaning.stale_start import compute_slow_speed
 from pendulum_sysid.errors import UnusableRecording
@@ -63,7 +65,8 @@ def measure_lead(signals: Signals, state: SmoothState) -> Lead | None:
     places = np.arange(-LEAD_BINS, LAG_BINS + 1)
     if len(rows) < decisions.LEAD_ANSWER_LEAST_ROWS:
         return None
-    commanded = np.convolve(signals.command, np.full(size, 1.0 / size))[size - 1 :]
+    driving = follow_ramp(signals, state)
+    commanded = np.convolve(driving, np.full(size, 1.0 / size))[size - 1 :]
     commands = np.column_stack([commanded[rows - place * size] for place in places])
     columns = np.column_stack([commands, list_other_forces(signals, state, size)[rows]])
     block = (signals.times_s[rows] // decisions.ANSWER_BLOCK_S).astype(int)

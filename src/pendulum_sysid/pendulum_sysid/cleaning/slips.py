@@ -4,8 +4,9 @@ A belt that jumps teeth or a wheel that slides moves the reading, not the cart. 
 the reading shows departs from the velocity that command, brakes and pole give the cart, and comes
 back to it exactly: a force would leave the cart with another momentum. Slips are rare; physics
 that does the same again and again is no slip. So the command drives the cart through any static
-curve, late or not (a saturation is no slip), with a gain that may change along the rail and with
-speed. A slip stands out from the seconds around it, and from the velocity that the balance gives.
+curve, late or not (a saturation is no slip), behind a slew limit or not, with a gain that may
+change along the rail and with speed. A slip stands out from the seconds around it, and from the
+velocity that the balance gives.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from scipy.ndimage import correlate1d, maximum_filter1d, median_filter
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.cart_balance import list_reactions
 from pendulum_sysid.cleaning.clock import find_runs
+from pendulum_sysid.cleaning.command_ramp import follow_ramp
 from pendulum_sysid.cleaning.drive_curve import bend_command
 from pendulum_sysid.cleaning.leaving_out import leave_out
 from pendulum_sysid.cleaning.smooth_state import SmoothState
@@ -161,7 +163,7 @@ def _list_drives(signals: Signals, state: SmoothState) -> Floats:
 
     Curves of the command, earlier commands, and gains that change along the rail and with speed.
     """
-    command = signals.command
+    command = follow_ramp(signals, state)
     late = []
     for late_s in decisions.SLIP_LATE_S:
         samples = max(round(late_s / signals.period_s), 1)

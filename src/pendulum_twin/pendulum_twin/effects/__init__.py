@@ -22,6 +22,7 @@ from pendulum_twin.effects import (
     cart_stribeck_friction,
     coarse_command,
     cogging,
+    drive_slew_limit,
     eccentric_encoder,
     eccentric_pulley,
     encoder_slip,
@@ -65,6 +66,7 @@ BUILT_IN: tuple[Effect, ...] = (
     gain_asymmetry.EFFECT,
     input_delay.EFFECT,  # behind the static maps: it takes means over substeps, and they bend
     gain_drift.EFFECT,
+    drive_slew_limit.EFFECT,
     motor_lag.EFFECT,
     stretching_belt.EFFECT,
     belt_backlash.EFFECT,

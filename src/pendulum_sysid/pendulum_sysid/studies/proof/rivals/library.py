@@ -35,6 +35,7 @@ from pendulum_twin.signals import Signals
 
 DELAYS_S = (0.01, 0.03)
 LAGS_S = (0.02, 0.08)
+RAMPS_S = (0.1, 0.3)  # to the largest command
 BELTS_S = (0.1, 0.2)
 LIMITS = (0.5, 0.75)  # of the largest command
 BENDS = (1.0, 1.5)  # of the largest command
@@ -151,6 +152,7 @@ def list_cart_terms(along: Motion, period_s: float) -> list[tuple[str, Floats]]:
         ("", np.cos(along.th) * along.b - np.sin(along.th) * along.w**2),
         *(("input_delay", _delay_command(along, s) - u) for s in DELAYS_S),
         *(("motor_lag", _lag_command(along, period_s, s) - u) for s in LAGS_S),
+        *(("drive_slew_limit", _limit_slew(along, period_s, s / most) - u) for s in RAMPS_S),
         *(("stretching_belt", _stretch_belt(along, period_s, s) - u) for s in BELTS_S),
         ("input_dead_zone", np.sign(u)),
         *(
@@ -217,3 +219,13 @@ def _stretch_belt(along: Motion, period_s: float, seconds: float) -> Floats:
 def _lag_command(along: Motion, period_s: float, seconds: float) -> Floats:
     gone = 1.0 - np.exp(-period_s / seconds)
     return np.asarray(lfilter([gone], [1.0, gone - 1.0], along.u))
+
+
+def _limit_slew(along: Motion, period_s: float, seconds: float) -> Floats:
+    """Return the command as a drive passes it on that takes so long to a command of 1, (n,)."""
+    limited, reach = np.empty_like(along.u), period_s / seconds
+    passed = float(along.u[0])
+    for k, u in enumerate(along.u.tolist()):
+        passed += min(max(u - passed, -reach), reach)
+        limited[k] = passed
+    return limited
