@@ -65,7 +65,6 @@ DETECTORS: tuple[Detector, ...] = (
     detect_other_command,
 )
 TINY = 1e-300  # the commands of a simulation may leave nothing
-SAME_COMMAND = 1e-6  # PWM fraction
 SPIKE_ECHO_PERIODS = 1.5  # a position's spike echoes in the velocity that was computed from it
 OTHER_COMMAND_S = 0.5  # intervals of other commands that are nearer are told as one interval
 
@@ -171,11 +170,16 @@ def _set_command_times(
 
 
 def _hold_at_once(raw: RawRecording, signals: Signals) -> Floats | None:
-    """Return the commands (n,) as they act on a rig that waits for no sample; None if the same."""
+    """Return the commands (n,) as they act on a rig that waits for no sample.
+
+    None where they came so near the samples that this makes no difference.
+    """
     if signals.cart is None or signals.parts is not None or is_too_fast(signals):
         return None
     command = _hold(raw, signals, nearest=False).command
-    return None if np.allclose(command, signals.command, atol=SAME_COMMAND) else command
+    moved = float(np.mean(np.abs(command - signals.command)))
+    change = float(np.mean(np.abs(np.diff(signals.command))))
+    return command if moved > decisions.CLOCK_ALIGNED * change else None
 
 
 def _list_commands(raw: RawRecording) -> tuple[Floats, Floats]:
