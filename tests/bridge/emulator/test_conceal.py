@@ -119,3 +119,9 @@ def test_what_is_no_seal_is_refused(text: str, tmp_path) -> None:
 def test_an_effect_that_no_catalogue_has_cannot_be_sealed(nominal: Rig) -> None:
     with pytest.raises(BadInputError, match="unknown effect ghost"):
         Concealed({"ghost": {}}, nominal)
+
+
+@pytest.mark.parametrize(("seed", "count"), [(296, 3), (31402, 4)])
+def test_a_set_that_ends_in_nothing_is_begun_otherwise(seed: int, count: int) -> None:
+    """The effects first in the order leave no room for what one of them needs beside it."""
+    assert len(set(complete_set((), count, seed))) == count

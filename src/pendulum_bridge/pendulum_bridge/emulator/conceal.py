@@ -241,9 +241,24 @@ def complete_set(
     chosen = [BY_NAME[name] for name in names]
     candidates = _list_candidates(live)
     order = [entry for entry in _order_table(random, seed) if entry in candidates]
-    while len(chosen) < count:
-        chosen.append(next(entry for entry in order if _is_compatible(entry, chosen, count)))
-    return tuple(entry.name for entry in chosen)
+    whole = _add_effects(chosen, order, count)
+    if whole is None:
+        raise BadInputError(f"effects: expected names that go with {count} effects, found {names}")
+    return tuple(entry.name for entry in whole)
+
+
+def _add_effects(
+    chosen: list[Concealable], order: Sequence[Concealable], count: int
+) -> list[Concealable] | None:
+    """Return a set of so many effects, the first of the order that goes on; None without any."""
+    if len(chosen) >= count:
+        return chosen
+    for entry in order:
+        if _is_compatible(entry, chosen, count):
+            whole = _add_effects([*chosen, entry], order, count)
+            if whole is not None:
+                return whole
+    return None
 
 
 def _order_table(random: np.random.Generator, seed: int) -> list[Concealable]:
