@@ -47,6 +47,26 @@ def test_a_command_is_held_until_the_next(concealed: Concealed) -> None:
     assert rig.sample.cart_m != 0
 
 
+def test_a_command_acts_within_a_period(concealed: Concealed) -> None:
+    """A rig of twice the rate takes the same commands at its samples."""
+    rig, finer = LiveRig(concealed), EmulatedRig(concealed, 200.0)
+    for k in range(100):
+        before, after = 0.3 * (-1.0) ** (k // 7), 0.2 * (-1.0) ** (k // 5)
+        rig.take(Command(before))
+        sample = rig.step([(0.5, Command(after))])
+        finer.step(before)
+        finer.step(after)
+        other = get_sample(finer)
+        assert (sample.cart_m, sample.pole_rad) == pytest.approx((other.cart_m, other.pole_rad))
+    assert abs(rig.sample.cart_m) > 1e-3
+
+
+def test_a_command_within_a_period_counts_for_its_share(concealed: Concealed) -> None:
+    rig = EmulatedRig(concealed)
+    commands = rig._list_commands(0.4, [(0.27, -0.2), (0.9, 0.1)])
+    assert sum(commands) / len(commands) == pytest.approx(0.27 * 0.4 - 0.63 * 0.2 + 0.1 * 0.1)
+
+
 def test_it_becomes_another_rig_in_motion(concealed: Concealed) -> None:
     rig, changed = LiveRig(concealed), Concealed({"input_sign_inverted": {}}, concealed.rig)
     rig.take(Command(0.3))

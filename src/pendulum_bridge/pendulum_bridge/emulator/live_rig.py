@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.sensors import Encoders
@@ -62,11 +64,19 @@ class LiveRig:
         """
         self._changed = changed
 
-    def step(self) -> Sample:
-        """Move on by one sample period and return the sample at its end."""
+    def step(self, later: Sequence[tuple[float, Command]] = ()) -> Sample:
+        """Move on by one sample period and return the sample at its end.
+
+        later: commands that come within the period: the share of it after which each acts, rising.
+        """
         if self._changed is not None:
             self._exchange_rig(self._changed)
-        self._rig.step(self._choose_pwm())
+        pwm, changes = self._choose_pwm(), []
+        for share, command in later:
+            self.take(command)
+            if not self.is_swinging_down:
+                changes.append((share, command.pwm))
+        self._rig.step(pwm, changes)
         return self.sample
 
     def _exchange_rig(self, changed: Concealed) -> None:

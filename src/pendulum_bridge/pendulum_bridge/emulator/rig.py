@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -73,18 +74,17 @@ class EmulatedRig:
         """Return how many of the first samples are stale: no command acts on them."""
         return self._stale
 
-    def step(self, command: float) -> Floats:
+    def step(self, command: float, later: Sequence[tuple[float, float]] = ()) -> Floats:
         """Hold the command for one sample period and return the sample at its end.
 
         command: PWM fraction; it is clipped at the rig's limit.
+        later: commands that take its place within the period: the share of the period after which
+            each does, rising, and its PWM fraction.
         The sample is the measured x (m), th (rad, not wrapped), v (m/s), w (rad/s), shape (4,).
         """
-        command = (
-            min(max(command, -self._limit), self._limit) if self._count >= self._stale else 0.0
-        )
         step_s = self._compute_elapsed_s(self._count * self.period_s) / self._steps
-        for _ in range(self._steps):
-            self._engine.step(self._drive(command), step_s)
+        for pwm in self._list_commands(command, later):
+            self._engine.step(self._drive(pwm), step_s)
             for reporting in self._reporting:
                 reporting.keep(self._engine.state)
         self._count += 1
@@ -94,6 +94,19 @@ class EmulatedRig:
                 reporting.forget(self._engine.state)
         self.sample = self._sensors.measure(self._reported)
         return self.sample
+
+    def _list_commands(self, command: float, later: Sequence[tuple[float, float]]) -> list[float]:
+        """Return the PWM fraction in each step of the engine, the mean where it changes within."""
+        if self._count < self._stale:
+            return [0.0] * self._steps
+        begins = [0.0, *(share for share, _ in later), 1.0]
+        values = np.clip([command, *(pwm for _, pwm in later)], -self._limit, self._limit)
+        if not later:
+            return [float(values[0])] * self._steps
+        sums = np.concatenate([[0.0], np.cumsum(values * np.diff(begins))])
+        edges = np.linspace(0.0, 1.0, self._steps + 1)
+        means: list[float] = (np.diff(np.interp(edges, begins, sums)) * self._steps).tolist()
+        return means
 
     @property
     def _reported(self) -> Floats:

@@ -92,7 +92,12 @@ def _serve(rig: LiveRig, port: Port[Command], options: argparse.Namespace, ended
     if options.lockstep:
         return serve_in_lockstep(rig, port, ended)
     return serve_in_time(
-        rig, port, options.speed, ended, lambda sentence: _say(f"rig_emulator: {sentence}")
+        rig,
+        port,
+        options.speed,
+        ended,
+        lambda sentence: _say(f"rig_emulator: {sentence}"),
+        options.at_once,
     )
 
 
@@ -161,6 +166,8 @@ def parse_options(arguments: list[str] | None) -> argparse.Namespace:
     options = parser.parse_args(arguments)
     if options.effects is not None and options.conceal is None:
         parser.error("--effects: expected --conceal SEED with it")
+    if options.at_once and options.lockstep:
+        parser.error("--at-once: expected a rig in real time, found --lockstep")
     options.effects = 1 if options.effects is None else options.effects
     return options
 
@@ -230,6 +237,12 @@ def _add_pace(parser: Parser) -> None:
         "--lockstep",
         action="store_true",
         help="one command in, one sample out, as fast as it goes",
+    )
+    parser.add_argument(
+        "--at-once",
+        action="store_true",
+        help="a command acts when it comes, as on an amplifier that is driven directly, and not "
+        "from the nearest sample on",
     )
     parser.add_argument(
         "--seconds",
