@@ -18,6 +18,7 @@ from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.prepare import prepare_case
 from pendulum_twin.laws.law import Law
 from pendulum_twin.model import Twin
+from pendulum_twin.plans.excitation import make_standard_plan
 from pendulum_twin.signals import Signals
 
 RAW = make_raw(30.0)
@@ -71,6 +72,24 @@ def test_a_drive_that_saturates_is_no_slip_and_a_slip_on_it_is_found(seed: int) 
     slipped = replace(signals, cart=signals.cart + moved)
     [slip] = find_slips(slipped, smooth_state(slipped))
     assert signals.times_s[slip.first] == pytest.approx(25.0, abs=0.3)
+
+
+@pytest.mark.parametrize("seed", [3, 4, 6])
+def test_a_drive_that_lags_is_no_slip_and_a_slip_on_it_is_found(seed: int) -> None:
+    """Behind a step of the command a lag of 60 ms pushes on the old way for 0.2 s."""
+    command = np.array(make_standard_plan(seconds=60, seed=seed).commands)
+    lagging = replace(INTECO, effects={"motor_lag": {"time_constant_s": 0.06}})
+    cart, pole = (
+        step * np.rint(made_states(lagging, command)[:, column] / step)
+        for column, step in enumerate((CART_STEP_M, POLE_STEP_RAD))
+    )
+    every = np.ones(len(command), dtype=bool)
+    signals = Signals(PERIOD_S, command, cart, pole, every, every)
+    assert find_slips(signals, smooth_state(signals)) == []
+    moved = 0.012 * np.clip((signals.times_s - 20.0) / 0.1, 0.0, 1.0)
+    slipped = replace(signals, cart=cart + moved)
+    [slip] = find_slips(slipped, smooth_state(slipped))
+    assert signals.times_s[slip.first] == pytest.approx(20.0, abs=0.3)
 
 
 @pytest.mark.parametrize("seed", [2, 4])

@@ -159,7 +159,7 @@ def _compute_departing_velocity(
 
 
 def _list_drives(signals: Signals, state: SmoothState) -> Floats:
-    """Return by what a command may drive the cart, (n, 10).
+    """Return by what a command may drive the cart, (n, 12).
 
     Curves of the command, earlier commands, and gains that change along the rail and with speed.
     """
