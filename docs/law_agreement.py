@@ -42,7 +42,7 @@ def list_agreements(verdicts: dict[str, ps.Verdict], group: tuple[str, ...]) -> 
     for first, second in combinations([part for part in group if part in verdicts], 2):
         others = {law.law: law for law in verdicts[second].measured_laws}
         for law in verdicts[first].measured_laws:
-            if law.law in others and len(law.variables) == 1:
+            if law.law in others:
                 agreements.append(compare_laws(law, others[law.law], (first, second)))
     return agreements
 
