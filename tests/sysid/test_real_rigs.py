@@ -16,6 +16,7 @@ from support.made_once import make_once
 
 from pendulum_sysid.api import read_recording
 from pendulum_sysid.cli import main
+from pendulum_sysid.finding.detectors.detector import Sight
 from pendulum_sysid.finding.detectors.steady_friction import read_friction
 from pendulum_sysid.fitting.fit import fit_own_parameters
 from pendulum_sysid.prepare import prepare
@@ -174,7 +175,7 @@ def test_a_half_without_a_name_still_shows_the_dry_friction(
     recording = read_recording(half)
     prepared = prepare([recording], counted)
     base = fit_own_parameters(prepared.case, prepared.split)
-    (reading,) = read_friction(prepared.case, base.theta)
+    (reading,) = read_friction(Sight(prepared.case, base.theta))
     level = reading.estimates["level_n"]
     assert level.low < 0.47 < level.high  # as the first half and the whole have it
 

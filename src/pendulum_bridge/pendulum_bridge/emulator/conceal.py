@@ -193,7 +193,7 @@ TABLE: tuple[Concealable, ...] = (
         {"period_s": (0.04, 0.08), "damping": (0.05, 0.2), "motor_share": (0.05, 0.2)},
         shapes=("damping", "motor_share"),
     ),
-    Concealable("drive_slew_limit", "slew", {"ramp_s": (0.2, 0.8)}),
+    Concealable("drive_slew_limit", "slew", {"ramp_s": (0.1, 0.3)}),  # slower: plans brake late
 )
 # Entries that were there first: a seed orders them by a single draw. Later entries are put between
 # them, each by a draw of its own, so that most seeds conceal what they always concealed.
