@@ -6,6 +6,7 @@ from pendulum_bridge.emulator.live_rig import LiveRig
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.schedule import Schedule
 from pendulum_bridge.emulator.seal import Concealed
+from pendulum_bridge.emulator.server import _share_out
 from pendulum_bridge.wire.protocol import Command, Sample
 from pendulum_twin.rig import Rig
 
@@ -65,6 +66,12 @@ def test_a_command_within_a_period_counts_for_its_share(concealed: Concealed) ->
     rig = EmulatedRig(concealed)
     commands = rig._list_commands(0.4, [(0.27, -0.2), (0.9, 0.1)])
     assert sum(commands) / len(commands) == pytest.approx(0.27 * 0.4 - 0.63 * 0.2 + 0.1 * 0.1)
+
+
+def test_a_command_acts_after_the_share_of_the_period_in_which_it_came() -> None:
+    early, late = Command(0.1), Command(0.2)
+    waiting = [(early, 90), (late, 127)]  # ns; the period lasts from 100 to 200
+    assert _share_out(waiting, 200, 100.0) == [(0.0, early), (pytest.approx(0.27), late)]
 
 
 def test_it_becomes_another_rig_in_motion(concealed: Concealed) -> None:

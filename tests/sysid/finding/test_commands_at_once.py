@@ -8,6 +8,7 @@ from support.made_recordings import INTECO, PERIOD_S
 
 from pendulum_sysid.cleaning.clean import clean_recording
 from pendulum_sysid.cleaning.clock import hold_commands
+from pendulum_sysid.finding.commands_at_once import take_commands_at_once
 from pendulum_sysid.finding.settled_search import settle_commands
 from pendulum_sysid.prepare import prepare
 from pendulum_sysid.reading.raw import RawRecording
@@ -58,3 +59,12 @@ def test_uneven_answers_say_whether_commands_act_at_once(at_once: bool) -> None:
     )
     acted = recording.at_once if at_once else PLANNED
     assert np.allclose(settled.signals.command, acted, atol=1e-6)
+
+
+def test_without_a_cart_no_command_is_asked() -> None:
+    """A cart that never moved is left out, and a pole alone shows no command."""
+    recording = clean_recording(record(at_once=True))
+    prepared = prepare([recording], DRAGGED)
+    signals = replace(prepared.case.signals, cart=None)
+    case = replace(prepared.case, recording=replace(prepared.case.recording, signals=signals))
+    assert take_commands_at_once(case, prepared.split, (), make_theta(DRAGGED)) is case

@@ -31,7 +31,7 @@ def take_commands_at_once(
     effects, theta: of a twin to fit, (SIZE,).
     """
     at_once = case.recording.at_once
-    if at_once is None:
+    if at_once is None or case.signals.cart is None:
         return case
     signals = replace(case.signals, command=at_once)
     recording = replace(case.recording, signals=signals, doubt=None, at_once=None)

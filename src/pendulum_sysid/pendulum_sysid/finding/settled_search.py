@@ -1,8 +1,9 @@
 """Search with commands at the samples from which they acted, as far as the twin can say.
 
-Commands may be late, all by the same time (`late_command`), or it may be in doubt which of two
-samples each came with. The constants alone settle what they can before a search, and what the
-search ends at settles the rest; where that changes a command, the search begins again.
+Commands may be late, all by the same time (`late_command`), may act when they come
+(`commands_at_once`), or it may be in doubt which of two samples each came with. The constants
+alone settle what they can before a search, and what the search ends at settles the rest; where
+that changes a command, the search begins again.
 """
 
 from __future__ import annotations
