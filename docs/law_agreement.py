@@ -1,15 +1,21 @@
-"""Compare a measured law of two recordings where both have measured it."""
+"""Compare a measured law of two recordings where both have measured it.
+
+What counts is the whole curve: a part that an effect of the verdict holds is added to the law.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 
 import pendulum_sysid as ps
+from pendulum_sysid.finding.naming import is_left_parts
+from pendulum_sysid.measuring.curve import PARTS
 from pendulum_sysid.verdict.record import MeasuredLaw
 from pendulum_twin.arrays import Floats
+from pendulum_twin.effects import BY_NAME
 
 PLACES = 201  # evenly over what both recordings visited
 
@@ -43,8 +49,40 @@ def list_agreements(verdicts: dict[str, ps.Verdict], group: tuple[str, ...]) -> 
         others = {law.law: law for law in verdicts[second].measured_laws}
         for law in verdicts[first].measured_laws:
             if law.law in others:
-                agreements.append(compare_laws(law, others[law.law], (first, second)))
+                whole = add_parts(law, verdicts[first])
+                other = add_parts(others[law.law], verdicts[second])
+                agreements.append(compare_laws(whole, other, (first, second)))
     return agreements
+
+
+def add_parts(law: MeasuredLaw, verdict: ps.Verdict) -> MeasuredLaw:
+    """Return a law with the parts of its curve that effects of the same verdict hold.
+
+    Beside an offset of the angle, say, an error of the angle has a mean of 0.
+    """
+    values, below, above = _list_ends(law)
+    knots = np.array(law.knots)
+    for missing in (*verdict.missing_physics, *verdict.perhaps):
+        effect = BY_NAME[missing.effect]
+        if not is_left_parts(effect.name, [law.law]):
+            continue
+        for part, parameter in zip(effect.law_parts, effect.parameters, strict=False):
+            size, shape = missing.parameters[parameter.name], PARTS[part](knots)
+            values = values + shape * size.value
+            below = np.hypot(below, shape * (size.value - size.low))
+            above = np.hypot(above, shape * (size.high - size.value))
+    return replace(
+        law,
+        values=tuple(values.tolist()),
+        low=tuple((values - below).tolist()),
+        high=tuple((values + above).tolist()),
+    )
+
+
+def _list_ends(law: MeasuredLaw) -> tuple[Floats, Floats, Floats]:
+    """Return the values of a law, and how far its band reaches below and above."""
+    values, low, high = (np.array(ends) for ends in (law.values, law.low, law.high))
+    return values, values - low, high - values
 
 
 def compare_laws(first: MeasuredLaw, second: MeasuredLaw, parts: tuple[str, str]) -> Agreement:

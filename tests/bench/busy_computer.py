@@ -70,7 +70,9 @@ def run_demo(folder: Path, seed: int) -> str:
     done = subprocess.run(
         [sys.executable, *map(str, words)], capture_output=True, text=True, timeout=LONGEST_S
     )
-    return find_answer(done.stdout) if done.returncode == 0 else f"status {done.returncode}"
+    if done.returncode:
+        return f"status {done.returncode}: {find_last_line(done.stderr)}"
+    return find_answer(done.stdout)
 
 
 def run_launch(folder: Path, seed: int) -> str:
@@ -95,10 +97,16 @@ def run_launch(folder: Path, seed: int) -> str:
     program = [sys.executable, "-m", "pendulum_sysid.cli", *map(str, words)]
     done = subprocess.run(program, capture_output=True, text=True, timeout=LONGEST_S)
     if done.returncode:
-        return f"sysid ended with status {done.returncode}"
+        return f"sysid ended with status {done.returncode}: {find_last_line(done.stderr)}"
     verdict = read_verdict(folder / "diagnosis" / "verdict.json")
     concealed = open_seal(folder / "seal.json")
     return find_answer(format_comparison(concealed, given.rig, verdict))
+
+
+def find_last_line(text: str) -> str:
+    """Return the last line of what a program has said, for a cell of the table."""
+    lines = text.strip().splitlines()
+    return lines[-1].replace("|", "/") if lines else "no word"
 
 
 def find_answer(text: str) -> str:

@@ -44,6 +44,7 @@ from pendulum_sysid.fitting.latent_force import measure_latent_force
 from pendulum_sysid.fitting.noise_floor import is_at_noise, measure_noise_floor
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
+from pendulum_sysid.measuring.law_bands import widen_bands
 from pendulum_sysid.measuring.law_parts import give_parts_back
 from pendulum_sysid.measuring.law_start import begin_laws
 from pendulum_sysid.measuring.measure import Measured, measure_best_laws
@@ -216,7 +217,7 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     measured = give_parts_back(measured, findings.best.effects)
     if not measured.law_fit.curves:  # all of them are parts of names
         return findings
-    fit, laws = measured.named
+    fit = measured.named[0]
     floor = measure_noise_floor(replace(case, twin=fit.twin), fit.theta, split.held_out)
     fit, at_noise = widen_intervals(case, split, fit), is_at_noise(case, split, fit, floor)
     fit = join_intervals(fit, findings.best, list_doubtful_sizes(measured, at_noise))
@@ -231,7 +232,7 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
         named=sure,
         perhaps=perhaps,
         misfits=misfits,
-        laws=laws,
+        laws=widen_bands(measured),
         with_laws=fit,
         needed=needed if at_noise else (),
         after=after,

@@ -18,11 +18,16 @@ import numpy as np
 from scipy.special import stdtrit
 
 from pendulum_sysid import decisions
+from pendulum_sysid.fitting.block_spread import (
+    compute_spreads,
+    divide_windows,
+    list_pieces,
+    take_to_optimum,
+)
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.gauss_newton import (
     Solution,
     compute_half_widths,
-    compute_sandwich,
 )
 from pendulum_sysid.fitting.instants import widen_by_errors
 from pendulum_sysid.fitting.linearised import System, linearise
@@ -136,7 +141,7 @@ def divide_recordings(case: Case, split: Split, fit: Fit) -> list[Ints]:
     wholes = [np.flatnonzero(np.isin(of_window, group)) for group in groups]
     if len(wholes) == 1:
         wholes = np.array_split(wholes[0], min(most, len(wholes[0])))
-    return [_list_pieces(whole, fit.pieces) for whole in wholes]
+    return [list_pieces(whole, fit.pieces) for whole in wholes]
 
 
 def _count_shown(neutral: float, value: float, parts: BlockEstimates) -> Replication:
@@ -225,39 +230,6 @@ def join_intervals(fit: Fit, other: Fit, names: Collection[str]) -> Fit:
     return replace(fit, estimates={**fit.estimates, **joined})
 
 
-def compute_spreads(system: System, fit: Fit, free: tuple[Free, ...]) -> Floats:
-    """Return how far blocks of time draw each parameter apart, (parameters,), in its unit.
-
-    Each block pulls at the estimate of the whole recording. If all blocks pulled as a block does,
-    the estimate would move by the block's pseudo-value: the block's part in the Gauss-Newton step,
-    times the number of blocks (infinitesimal jackknife; Jaeckel, Bell Laboratories memorandum
-    MM 72-1215-11 (1972)). The spread is the standard deviation of the pseudo-values, without the
-    share of noise in the errors' power, which the intervals hold already. A block's own weight in
-    the estimate is allowed for as in `compute_half_widths`. A parameter that a single block fixes
-    has hardly a spread: no other block tells of it. Measured laws stay as they are.
-
-    system: the normal equations of the fit, a row for each piece of a window. What is believed
-        beforehand counts.
-
-    The spread is 0 where there are fewer than three blocks of two windows.
-    """
-    windows = len(system.normals) // fit.pieces
-    parts = _divide_windows(system, fit.pieces, min(decisions.SPREAD_BLOCKS, windows // 2))
-    count = len(parts)
-    if count < decisions.SPREAD_LEAST_BLOCKS:
-        return np.zeros(len(free))
-    blocks = replace(
-        system,
-        normals=np.array([system.normals[part].sum(axis=0) for part in parts]),
-        scores=np.array([system.scores[part].sum(axis=0) for part in parts]),
-    )
-    sandwich, variances, _ = compute_sandwich(_take_to_optimum(blocks, fit), free, 1)
-    spread = np.where(np.isfinite(variances), np.diag(sandwich), np.inf)
-    systematic = 1.0 - fit.choose**-2.0  # of the errors' power
-    sizes = np.array([parameter.size for parameter in free])
-    return np.asarray(count * np.sqrt(spread * systematic / (count - 1)) * sizes)
-
-
 def _widen(estimate: Estimate, free: Free, spread: float) -> Estimate:
     more = decisions.INTERVAL_DEVIATIONS * spread
     below, above = estimate.value - estimate.low, estimate.high - estimate.value
@@ -285,7 +257,7 @@ def estimate_blocks(
     system: the normal equations of the fit, a row for each piece of a window.
     blocks: number of blocks, contiguous in time and of the same number of windows.
     """
-    return estimate_parts(system, fit, free, _divide_windows(system, fit.pieces, blocks))
+    return estimate_parts(system, fit, free, divide_windows(system, fit.pieces, blocks))
 
 
 def estimate_parts(
@@ -303,18 +275,6 @@ def estimate_parts(
         )
         for k, parameter in enumerate(free)
     }
-
-
-def _divide_windows(system: System, pieces: int, blocks: int) -> list[Ints]:
-    """Return the rows of the system that belong to each block of time."""
-    whole = len(system.normals) // pieces
-    parts = np.array_split(np.arange(whole), min(blocks, whole))
-    return [_list_pieces(part, pieces) for part in parts]
-
-
-def _list_pieces(whole: Ints, pieces: int) -> Ints:
-    """Return the rows of whole windows, a row for each piece."""
-    return np.asarray((whole[:, None] * pieces + np.arange(pieces)).reshape(-1))
 
 
 def estimate_part(
@@ -337,12 +297,7 @@ def _estimate(system: System, fit: Fit, free: tuple[Free, ...]) -> tuple[Floats,
     windows = len(system.normals) // fit.pieces
     if windows < 2:
         return step, np.full(len(free), np.inf)
-    halves = compute_half_widths(_take_to_optimum(system, fit), free, fit.pieces)
+    moved = take_to_optimum(system)
+    solution = Solution(fit.theta, fit.start_states, np.empty(0), np.empty(0), True, moved)
+    halves = compute_half_widths(solution, free, fit.pieces)
     return step, halves / stdtrit(max(windows - 1, 1), 0.975)
-
-
-def _take_to_optimum(system: System, fit: Fit) -> Solution:
-    """Return the solution with the normal equations a Gauss-Newton step further."""
-    step = np.linalg.lstsq(system.normal, system.gradient, rcond=1e-10)[0]
-    moved = replace(system, scores=system.scores - system.normals @ step)
-    return Solution(fit.theta, fit.start_states, np.empty(0), np.empty(0), True, moved)

@@ -282,7 +282,8 @@ def compute_half_widths(solution: Solution, free: tuple[Free, ...], together: in
     """
     if not free:
         return np.empty(0)
-    spread, variance, count = compute_sandwich(solution, free, together)
+    assert solution.system is not None
+    spread, variance, count = compute_sandwich(solution.system, together)
     return (
         stdtrit(max(count - 1, 1), 0.975)
         * np.sqrt(np.maximum(np.diag(spread), variance))
@@ -298,24 +299,27 @@ def compute_correlations(solution: Solution, free: tuple[Free, ...], together: i
     """
     if not free:
         return np.empty((0, 0))
-    spread, variance, _ = compute_sandwich(solution, free, together)
+    assert solution.system is not None
+    spread, variance, _ = compute_sandwich(solution.system, together)
     deviation = np.sqrt(np.where(np.isfinite(variance), np.diag(spread), np.nan))
     with np.errstate(all="ignore"):
         return np.asarray(np.clip(spread / np.outer(deviation, deviation), -1.0, 1.0))
 
 
 def compute_sandwich(
-    solution: Solution, free: tuple[Free, ...], together: int
+    system: System, together: int, penalty: Floats | float = 0.0
 ) -> tuple[Floats, Floats, int]:
     """Return the sandwich, the classical variances, and how many longer windows there are.
 
     Both in units of each parameter's size; the variances are infinite where nothing is fixed.
+
+    together: as of `compute_half_widths`.
+    penalty: (parameters, parameters) that the fit adds to the normal matrix.
     """
-    assert solution.system is not None
-    system = solution.system
-    scores = system.scores.reshape(-1, together, len(free)).sum(axis=1)
-    normals = system.normals.reshape(-1, together, len(free), len(free)).sum(axis=1)
-    values, vectors = np.linalg.eigh(system.normal)
+    count = system.normals.shape[1]
+    scores = system.scores.reshape(-1, together, count).sum(axis=1)
+    normals = system.normals.reshape(-1, together, count, count).sum(axis=1)
+    values, vectors = np.linalg.eigh(system.normal + penalty)
     blind = values < 1e-10 * max(values.max(), 1e-300)
     root = vectors / np.sqrt(np.where(blind, np.inf, values))  # root @ root.T is the inverse
     weights, directions = np.linalg.eigh(root.T @ normals @ root)

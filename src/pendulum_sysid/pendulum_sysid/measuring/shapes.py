@@ -299,6 +299,14 @@ def _solve(
 def _compute_deviations(
     shape: Shape, x: Floats, root: Floats, values: Floats, misfit: float
 ) -> Floats:
+    weighted = root @ draw_slopes(shape, x, values)
+    spread = np.linalg.pinv(weighted.T @ weighted, rcond=1e-12, hermitian=True)
+    wider = max(1.0, misfit / max(len(x) - len(values), 1))
+    return np.sqrt(np.maximum(np.diag(spread), 0.0) * wider)
+
+
+def draw_slopes(shape: Shape, x: Floats, values: Floats) -> Floats:
+    """Return how the curve changes with the parameters of its shape, (knots, parameters)."""
     count = len(shape.factors)
 
     def draw(values: Floats) -> Floats:
@@ -310,10 +318,7 @@ def _compute_deviations(
         moved = values.copy()
         moved[k] += step
         slopes[:, k] = (draw(moved) - draw(values)) / step
-    weighted = root @ slopes
-    spread = np.linalg.pinv(weighted.T @ weighted, rcond=1e-12, hermitian=True)
-    wider = max(1.0, misfit / max(len(x) - len(values), 1))
-    return np.sqrt(np.maximum(np.diag(spread), 0.0) * wider)
+    return slopes
 
 
 def rank_shapes(

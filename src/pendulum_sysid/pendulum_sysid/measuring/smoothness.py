@@ -37,19 +37,24 @@ class Smoothness:
     effective: float
 
 
-def make_covariance(curve: Curve, length: float) -> Floats:
-    """Return the prior covariance (knots, knots) of a curve's values, of unit size."""
+def make_correlation(curve: Curve, length: float) -> Floats:
+    """Return the prior correlation (knots, knots) of a curve's values; length: of `Smoothness`."""
     count = len(curve.knots)
     apart = np.abs(np.arange(count)[:, None] - np.arange(count))
     if curve.kind.is_periodic:
         turn = 2 * np.pi / count
         apart = 2.0 * np.sin(0.5 * turn * apart) / turn  # along the chord: stays a covariance
     z = np.sqrt(5.0) * apart / length
-    covariance: Floats = (1.0 + z + z * z / 3.0) * np.exp(-z)
+    return np.asarray((1.0 + z + z * z / 3.0) * np.exp(-z))
+
+
+def make_covariance(curve: Curve, length: float) -> Floats:
+    """Return the prior covariance (knots, knots) of a curve's values, of unit size."""
+    covariance = make_correlation(curve, length)
     toward = covariance @ curve.gauges.T
     shared = np.linalg.pinv(curve.gauges @ toward, rcond=1e-12, hermitian=True)
     covariance = covariance - toward @ shared @ toward.T
-    return covariance + JITTER * np.eye(count)
+    return np.asarray(covariance + JITTER * np.eye(len(covariance)))
 
 
 def eliminate(normal: Floats, gradient: Floats, count: int) -> tuple[Floats, Floats]:

@@ -1,0 +1,79 @@
+"""Bands of measured laws hold what the law is in other blocks of time."""
+
+import functools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.made_recordings import INTECO, made
+
+from pendulum_sysid.fitting.fit import fit_own_parameters
+from pendulum_sysid.measuring.law_bands import _project, widen_bands
+from pendulum_sysid.measuring.measure import Measured, begin_without_laws, measure_laws
+from pendulum_sysid.measuring.shapes import SHAPES, fit_shape
+from pendulum_sysid.prepare import prepare
+from pendulum_twin.laws import BY_NAME
+from pendulum_twin.laws.law import Law, evaluate_law
+from pendulum_twin.model import Twin
+
+RIG = Twin("rig", INTECO.rig)
+AT = np.linspace(-1.8, 1.8, 61)
+FORCE = "cart_force_by_position"
+
+
+def make_force(size: float) -> Law:
+    return Law(tuple(AT), tuple(-size * AT**3))
+
+
+@functools.cache
+def measure_force(sizes: tuple[float, ...]) -> Measured:
+    """Return the law of recordings of rigs whose forces have these sizes, N/m^3."""
+    recordings = [
+        made(replace(RIG, measured_laws={FORCE: make_force(size)}), 8.0, 0.25, seed)
+        for seed, size in enumerate(sizes)
+    ]
+    prepared = prepare(recordings, RIG)
+    case, split = prepared.case, prepared.split
+    begun = begin_without_laws(case, split, fit_own_parameters(case, split))
+    measured = measure_laws(case, split, begun, lambda line: None)
+    assert measured is not None and measured.kinds == (FORCE,)
+    return measured
+
+
+def test_a_band_holds_the_law_of_every_other_recording():
+    """The force of every second recording is larger; noise alone would leave a narrow band."""
+    measured = measure_force((3.0, 4.0) * 3)
+    (narrow,), (wide,) = measured.named[1], widen_bands(measured)
+    low, high = (
+        evaluate_law(BY_NAME[FORCE], make_force(size), wide.curve.knots) for size in (3.0, 4.0)
+    )
+    far = np.abs(high - low) > 0.5 * np.max(np.abs(high - low))
+    assert far.any()
+    holds = [
+        np.mean([(np.abs(law.values - truth) < law.band)[far] for truth in (low, high)])
+        for law in (narrow, wide)
+    ]
+    assert holds[0] < 0.4 and holds[1] > 0.85
+    assert np.all(wide.band >= narrow.band) and np.all(wide.values == narrow.values)
+
+
+def test_the_slope_of_a_line_varies_as_its_curve_does():
+    """The values at the knots vary together, as a slope of deviation 0.3 would make them."""
+    line = next(shape for shape in SHAPES if shape.name == "line")
+    x = np.linspace(-0.5, 0.7, 13)
+    fitted = fit_shape(line, x, 1.0 + 2.0 * x, np.eye(len(x)))
+    deviations = _project(fitted, x, 0.3**2 * np.outer(x, x))
+    slope = int(np.argmin(np.abs(fitted.values - 2.0)))
+    assert deviations[slope] == pytest.approx(0.3, rel=1e-3)
+
+
+def test_at_the_noise_a_band_stays():
+    measured = measure_force((3.0,) * 3)
+    assert widen_bands(measured) == measured.named[1]
+
+
+def test_a_recording_too_short_for_blocks_has_no_spread(monkeypatch: pytest.MonkeyPatch):
+    measured = measure_force((3.0, 4.0) * 3)
+    monkeypatch.setattr("pendulum_sysid.measuring.law_bands.sum_blocks", lambda *given: None)
+    (narrow,), (wide,) = measured.named[1], widen_bands(measured)
+    assert np.array_equal(narrow.band, wide.band)
