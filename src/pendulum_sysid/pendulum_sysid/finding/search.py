@@ -34,6 +34,7 @@ from pendulum_sysid.finding.pole_alone import PoleAnswer, add_pole_effects, sear
 from pendulum_sysid.finding.pruning import prune_set
 from pendulum_sysid.finding.separation import Tie
 from pendulum_sysid.finding.signs import fit_parameters_alone
+from pendulum_sysid.finding.spoiled_windows import find_spoiled, leave_out, pick_windows
 from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.finding.subsets import find_subsets
 from pendulum_sysid.finding.unnamed import widen_sizes
@@ -181,16 +182,42 @@ def extend_horizon(search: Search, base: Fit, explanation: Explanation) -> Expla
     """Return the explanation continued over the long horizon, where its fit is better.
 
     Over a long horizon the errors of missing effects add up, too. What it adds must show over the
-    short horizon (`is_shown_near`). Where it ends above the noise it takes no effect away.
+    short horizon (`is_shown_near`). Windows that a few instants have spoiled are not asked, if the
+    others are at the noise then: they would bend the fit (`spoiled_windows`).
     """
     search.journal.report(Stage.LONG)
-    short, expected = explanation.fit, explanation.expected
+    short = explanation.fit
     begun = search.fit_over_horizon(short, 1)
+    spoiled = find_spoiled(begun)
+    if spoiled.any():
+        rest, near = leave_out(search, spoiled), pick_windows(short, ~spoiled)
+        calm = rest.fit_over_horizon(near, 1)
+        if calm.choose <= decisions.MISFIT_AT_NOISE:
+            far = add_over_horizon(rest, base, near, calm, explanation.expected)
+            if far is near:
+                return explanation
+            known = replace(short, effects=far.effects, theta=far.theta)
+            return replace(explanation, fit=search.fit_over_horizon(known, far.pieces))
+    return replace(
+        explanation, fit=add_over_horizon(search, base, short, begun, explanation.expected)
+    )
+
+
+def add_over_horizon(
+    search: Search, base: Fit, short: Fit, begun: Fit, expected: tuple[str, ...]
+) -> Fit:
+    """Return the short fit, or the better fit that a search over the long horizon ends at.
+
+    Where the long horizon ends above the noise it takes no effect away.
+
+    begun: the effects of the short fit, fitted over the long horizon.
+    expected: effects that the pole names.
+    """
     grown = grow_set(search, begun)
     if grown.choose <= decisions.MISFIT_AT_NOISE:
         long = prune_set(search, base.effects, grown, expected)
         near = fit_near(search, short, long)
-        return replace(explanation, fit=long if is_shown_near(near, short) else short)
+        return long if is_shown_near(near, short) else short
     long = prune_set(search, short.effects, grown, expected)
     near = fit_near(search, short, long)
     if not is_shown_near(near, short):
@@ -198,7 +225,7 @@ def extend_horizon(search: Search, base: Fit, explanation: Explanation) -> Expla
     elif near is not short:
         near = prune_set(search, base.effects, near, expected)
     better = compute_lead(long, judge_over_whole_windows(search.case, search.split, near)).is_real
-    return replace(explanation, fit=long if better else near)
+    return long if better else near
 
 
 def fit_near(search: Search, short: Fit, long: Fit) -> Fit:
