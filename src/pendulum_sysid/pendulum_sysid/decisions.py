@@ -23,7 +23,6 @@ CANDIDATES_REFITTED = 5  # fits; what is hidden ranks fifth at worst (test_propo
 PROPOSAL_LEAST_NATS = 4.0  # nats; a fifth of the gain that the surest leads need; time
 MOST_EFFECTS_ADDED = 5  # effects; more than concealed anywhere; bounds the time
 RIVALS_REFITTED = 3  # fits; effects that are tried in the place of each name
-OTHER_BEGINNINGS = 2  # searches; that are tried where the first leaves more than noise
 PROBES_UNTHINNED = 8  # probes; more are thinned out by the missing force: time
 PROBES_KEPT = 3  # probes; of an effect with many places or periods
 LARGEST_STEP = 10.0  # typical sizes; reach of the linearised step
@@ -319,7 +318,6 @@ PHASES_REFINED = 12  # phases; candidates that are asked again after the first p
 # Which rules may rescue or doubt what a search has found?
 SETTLE_DOUBTFUL_SIGNS = True  # on or off; a doubtful sign is decided by what searches end at
 ASK_POLE_ALONE = True  # on or off; search the pole by itself, its axis moved as recorded
-BEGIN_OTHERWISE = True  # on or off; a search that ends above the noise begins again
 DOUBT_BY_UNNAMED = True  # on or off; intervals hold what effects without a name may have done
 BEGIN_WITH_SUBSETS = True  # on or off; ... and begins with sets that help only together
 CONFIRM_LONG_HORIZON = True  # on or off; what long windows add must show over short ones
