@@ -23,7 +23,6 @@ CANDIDATES_REFITTED = 5  # fits; what is hidden ranks fifth at worst (test_propo
 PROPOSAL_LEAST_NATS = 4.0  # nats; a fifth of the gain that the surest leads need; time
 MOST_EFFECTS_ADDED = 5  # effects; more than concealed anywhere; bounds the time
 RIVALS_REFITTED = 3  # fits; effects that are tried in the place of each name
-OTHER_BEGINNINGS = 2  # searches; that are tried where the first leaves more than noise
 PROBES_UNTHINNED = 8  # probes; more are thinned out by the missing force: time
 PROBES_KEPT = 3  # probes; of an effect with many places or periods
 LARGEST_STEP = 10.0  # typical sizes; reach of the linearised step
@@ -35,7 +34,7 @@ ALIKE_PROBES = 0.7  # correlation; probes closer than this start the same fit
 # Does a name, and its size, hold on other data?
 REPLICATION_PARTS = 3  # parts; of the recordings, in which a name is asked for again
 REPLICATED_SHARE = 0.5  # of parts; that could show a name, and more of which must
-SPREAD_BLOCKS = 6  # blocks; of time, between which sizes may differ: the model is incomplete
+SPREAD_BLOCKS = 6  # blocks; of time: sizes may differ between them, and sets are compared
 REPEATED_DISTANCE = 0.05  # of deviations; within which a motion is the same; measured
 REPEATED_APART_S = 2.0  # s; between two times of a motion, lest a window match itself
 REPEATED_RATE = 0.5  # of mean squared rates; windows that move less have no error to compare
@@ -52,12 +51,11 @@ SUBSET_EFFECTS = 5  # effects; in the largest set that is tried
 SUBSETS_COMPLETE = 3  # effects; up to which every set is tried: some ten thousand
 SUBSETS_EXTENDED = 400  # sets; of each size, the best, to which another effect is added: time
 SUBSETS_VALIDATED = 60  # sets; of each size, that are compared over blocks of time
-SUBSET_BLOCKS = 6  # blocks; of time, for cross-validation
 SUBSETS_REFITTED = 3  # fits; of the sets that lead
 
 # Could another effect stand in a name's place?
 APART_STANDARD_ERRORS = 4.0  # standard errors; the wrong twin leads once in 44; derived
-VISIBLE_STANDARD_ERRORS = 5.0  # standard errors; by chance once in a million; derived
+SURE_STANDARD_ERRORS = 5.0  # standard errors; by chance once in a million; derived
 START_ERROR_GROWTH = 5.0  # median windows; a window whose start errors grow more is left out
 WINDOWS_COMPARED = 40  # windows; spread evenly: more tell the same; time
 DECIDING_SHARE = 0.75  # of windows; the rest is held out (the split's pattern); derived
@@ -82,11 +80,10 @@ JUDGED_SHARE = 0.1  # of larger share; effects are judged where they show
 # Does a recording look like the rig of its twin at all?
 UNLIKE_FLOORS = 10.0  # noise floors; of the improved twin's error: far above
 UNLIKE_LEAST_FOLLOWED = 0.5  # of motion; that an improved twin of the rig follows: real rigs 0.9
-UNNAMED_FLOORS = 3.0  # noise floors; beyond which 'nothing is missing' would be wrong
+LITTLE_MOST_FLOORS = 3.0  # noise floors; beyond it a twin, or "nothing is missing", is in doubt
 UNNAMED_LEAST_FOLLOWED = 0.9  # of motion; the same where nothing explains the error
 
 # When may the improved twin be used without care?
-LIGHT_MOST_FLOORS = 3.0  # noise floors; remainder of a twin that is good for use
 LIGHT_MOST_LOST = 0.02  # of time; in gaps and faults of the data, to take an answer as it is
 LIGHT_MOST_GAPS_A_MINUTE = 10.0  # gaps a minute; ... or so many pieces
 
@@ -98,14 +95,11 @@ CERTAIN_CONFIDENCE = 0.99  # probability; stated: it was surely there in every c
 # Did the pole's encoder slip? Is its scale wrong?
 SLIP_SIDE_SAMPLES = 9  # samples; on each side: 0.1 s at 100 Hz, where a cubic follows
 SLIP_WIDEST_GAP = 10  # samples; left out as spikes between the sides
-SLIP_DEVIATIONS = 5.0  # deviations; of the usual disagreement: chance once in a million; derived
 SLIP_SEAM_S = 0.2  # s; about a gap in time or another recording, where nothing slips
 SLIPS_TRIED = 4  # slips; the clearest; a rig slips rarely
 
 # Are the reported velocities filtered?
 LAG_LONGEST_S = 0.5  # s; slower filters would be useless on this rig
-LAG_BLOCK_S = 0.5  # s; errors count as independent over blocks this long
-LAG_STANDARD_ERRORS = 5.0  # standard errors; lead over a pure delay: once in a million; derived
 LAG_POWER_RATIO = 1.3  # ratio; of error power: the derivative is smoothed, not exact
 LAG_WILD = 5.0  # median errors; what lies further out counts as that far
 
@@ -118,7 +112,7 @@ SMALL_GAIN = 0.25  # of noise power; a gain below it is small
 EVIDENCE_MOST = 4  # questions; that explain one equation
 EVIDENCE_LINES = 4  # lines; the strongest in a verdict
 STRETCH_ERROR_RATIO = 2.0  # median windows; error of a stretch that is pointed out
-BALANCE_BLOCK_S = 0.5  # s; errors count as independent over blocks this long
+ERROR_BLOCK_S = 0.5  # s; errors count as independent over blocks this long
 BALANCE_LEAST_ROWS = 50  # samples; without so many an equation is not asked
 SIEVE_NOISE_SHARE = 0.004  # of motion; noise that the smoothing filter may leave
 SIEVE_WIDEST_S = 0.13  # s; to either side: finer shapes are wanted
@@ -229,7 +223,6 @@ STALE_COMMAND_SHARE = 0.35  # of command; weaker commands may be lost in a dead 
 STALE_GRIP = 2.0  # ratio; friction at rest to friction in motion
 STALE_COMPARABLE_S = 1.0  # s; of weak commands later on, to compare with
 STALE_NATS = 50.0  # nats; by which the silence must beat an answer
-ANSWER_BLOCK_S = 0.5  # s; errors count as independent over blocks this long
 ANSWER_FILTER_S = 0.3  # s; over which the balance of the cart is averaged
 ANSWER_REST_SHARE = 0.5  # of weight; at rest dry friction takes any value: left out
 ANSWER_LEAST_ROWS = 40  # rows; of fewer nothing is claimed
@@ -263,9 +256,8 @@ ENCODER_NEAR = 0.05  # encoder steps; how far from a whole number a gap may be
 ENCODER_SHARE = 0.95  # of gaps; that must be whole multiples
 ENCODER_LEAST_GAPS = 20  # gaps; of one step that a recording must hold
 ENCODER_ODD_GAPS = 5  # gaps; that may be smaller, next to spikes
-END_LEAST_SAMPLES = 3  # samples; in a row at the end of a sensor
+LIMIT_LEAST_SAMPLES = 3  # samples; in a row at the end of a sensor, or at the limit of a command
 END_LEAST_RUNS = 2  # runs; that begin or end at speed, for the end to be the sensor's
-CLIPPED_LEAST_SAMPLES = 3  # samples; at the limit in a row
 CLIPPED_SHARE = 0.02  # of recording; less is not worth a word
 CLIPPED_APPROACH = 0.25  # of limit; a clipped command comes near it before; a step does not
 
@@ -293,7 +285,6 @@ DEGREES_STEP_CHANGE = 1.0  # degrees; from step to step of the fastest pole at 1
 BALANCE_FOREIGN = 0.2  # of power; of a wide swing, below which it is no pole's: rigs show 0.9
 BALANCE_TRIMMED = 0.02  # of samples; the worst explained: jumps that cleaning has left
 BALANCE_CORRELATED_SAMPLES = 20.0  # samples; smoothing spreads an error over so many
-BALANCE_STANDARD_ERRORS = 5.0  # standard errors; of a weight: once in a million; derived
 ZERO_DOUBT_RAD = 1.0  # rad; a pole that hangs this near to 0 has another zero
 ZERO_CERTAIN_RAD = 0.4  # rad; ... and surely; hanging at half a turn, read as 0.5 rad, is not
 WIDE_SWING_RAD = 1.0  # rad; poles held upright by a controller move less
@@ -317,8 +308,7 @@ MOST_EVENTS = 8  # stretches; what happens more often is a law
 LEAST_MASKED_CHANGE = 0.05  # of value; change of a constant that is worth a sentence
 CHANGED_VALUES_LISTED = 3  # values; in the sentence of a verdict without a name
 WIDE_INTERVAL = 0.1  # of value; half widths beyond it are worth an experiment
-TIES_PLANNED_FOR = 3  # ties; asked at once, the closest first
-INTERVALS_PLANNED_FOR = 3  # intervals; asked at once, the widest first
+MOST_PLANNED_FOR = 3  # ties, or intervals; asked at once, the closest or the widest first
 INTERVAL_SHARE = 0.5  # of width; that an experiment is to leave
 RAIL_SHARE = 0.75  # of rail; each way: the rig is not the twin
 PLAN_FASTEST_M_S = 4.0  # m/s; well below what a plan is stopped at
@@ -328,7 +318,6 @@ PHASES_REFINED = 12  # phases; candidates that are asked again after the first p
 # Which rules may rescue or doubt what a search has found?
 SETTLE_DOUBTFUL_SIGNS = True  # on or off; a doubtful sign is decided by what searches end at
 ASK_POLE_ALONE = True  # on or off; search the pole by itself, its axis moved as recorded
-BEGIN_OTHERWISE = True  # on or off; a search that ends above the noise begins again
 DOUBT_BY_UNNAMED = True  # on or off; intervals hold what effects without a name may have done
 BEGIN_WITH_SUBSETS = True  # on or off; ... and begins with sets that help only together
 CONFIRM_LONG_HORIZON = True  # on or off; what long windows add must show over short ones

@@ -1,6 +1,5 @@
-"""A search that began wrong, with a sign or with a first step, begins again."""
+"""A search that begins with a doubtful sign or a wrong first effect ends right."""
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -10,15 +9,12 @@ from support.hidden_physics import HIDDEN, INTECO, record_hidden
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.growth import (
     find_steps,
-    grow_set,
     list_contained,
-    list_simplest,
     order_proposals,
 )
 from pendulum_sysid.finding.journal import Search
-from pendulum_sysid.finding.pole_alone import PoleAnswer
 from pendulum_sysid.finding.propose import Proposal, propose
-from pendulum_sysid.finding.search import Explanation, begin_otherwise
+from pendulum_sysid.finding.search import Explanation, begin_with_subsets, explain_misfit
 from pendulum_sysid.finding.signs import fit_parameters_alone, settle_sign
 from pendulum_sysid.fitting.fit import HORIZONS, fit
 from pendulum_sysid.fitting.split import split_windows
@@ -61,26 +57,22 @@ def take_steps(search: Search, base: Fit, names: tuple[str, ...]) -> dict[str, F
     }
 
 
-def test_a_first_step_that_leaves_more_than_noise_is_exchanged_for_another() -> None:
+def test_a_broad_patch_gives_way_to_dry_friction_and_a_narrow_patch() -> None:
+    """A search that grows by one effect at a time is bound to its first effect."""
     search = search_hidden({"cart_coulomb_friction": {"level_n": 0.5}, **PATCH}, 3)
     base = fit_parameters_alone(search)
     theta = base.theta.copy()
     theta[SLOTS["rail_friction_patch"]] = BROAD
     broad = search.fit_effects(("rail_friction_patch",), base, theta)
-    dry = take_steps(search, base, ("cart_coulomb_friction",))["cart_coulomb_friction"]
-    end = begin_otherwise(search, base, [broad, dry], Explanation(broad, None))
+    end = begin_with_subsets(search, base, Explanation(broad, None))
     assert set(end.fit.effects) == {"cart_coulomb_friction", "rail_friction_patch"}
     assert broad.choose > 2.0 and end.fit.choose < 1.2
 
 
-def test_a_search_that_comes_back_to_another_grows_no_further() -> None:
-    search, base = search_tilt()
-    tilt = take_steps(search, base, ("rail_tilt",))["rail_tilt"]
-    noted = len(search.journal.trials)
-    assert grow_set(search, tilt, known=tilt) is tilt
-    assert len(search.journal.trials) == noted
-    grown = grow_set(search, base, known=tilt)
-    assert grown.effects == ("rail_tilt",)
+def test_a_wrong_scale_of_the_cart_is_no_spring_of_the_pole() -> None:
+    """With a wrong scale of the cart's way the pole by itself may seem to hang in a spring."""
+    search = search_hidden({"position_scale": {"ratio": -0.3}}, 1)
+    assert explain_misfit(search, fit_parameters_alone(search)).fit.effects == ("position_scale",)
 
 
 def test_a_proposal_that_promises_next_to_nothing_is_not_fitted() -> None:
@@ -125,52 +117,6 @@ def test_the_best_of_several_starts_goes_on_alone() -> None:
     assert several.train == pytest.approx(alone.train, rel=1e-3) and several.train < 1.2
 
 
-def test_what_the_pole_said_by_itself_is_taken_back() -> None:
-    """With a wrong scale of the cart's way the pole by itself seems to hang in a spring."""
-    search = search_hidden({"position_scale": {"ratio": -0.3}}, 1)
-    base = fit_parameters_alone(search)
-    spring = take_steps(search, base, ("pole_spring",))["pole_spring"]
-    believed = Explanation(spring, PoleAnswer(search, base, spring, ()))
-    assert believed.expected == ("pole_spring",)
-    end = begin_otherwise(search, base, [], believed)
-    assert end.fit.effects == ("position_scale",)
-    assert end.expected == () and end.pole is None
-
-
-def test_a_search_that_ended_at_the_noise_is_left_alone() -> None:
-    search, base = search_tilt()
-    steps = take_steps(search, base, ("rail_tilt", "cart_coulomb_friction"))
-    known = Explanation(steps["rail_tilt"], None)
-    assert begin_otherwise(search, base, list(steps.values()), known) is known
-
-
-def test_another_end_that_leaves_more_than_noise_is_not_believed() -> None:
-    recording, _ = record_hidden(TILT, 1, 20.0)
-    signals = recording.signals
-    shaken = replace(signals, cart=signals.cart + 1e-3 * np.sin(40.0 * signals.times_s))
-    search = make_search(replace(recording, signals=shaken))
-    base = fit_parameters_alone(search)
-    steps = take_steps(search, base, ("gain_drift", "rail_tilt"))
-    assert steps["rail_tilt"].choose < steps["gain_drift"].choose
-    known = Explanation(steps["gain_drift"], None)
-    assert begin_otherwise(search, base, list(steps.values()), known) is known
-
-
-def test_a_rule_that_is_switched_off_begins_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    search, base = search_tilt()
-    monkeypatch.setattr(decisions, "BEGIN_OTHERWISE", False)
-    poor = Explanation(replace(base, choose=100.0), None)
-    assert begin_otherwise(search, base, [], poor) is poor
-
-
-def test_of_effects_that_contain_one_another_the_simplest_is_a_beginning() -> None:
-    _, base = search_tilt()
-    names = ("cart_stribeck_friction", "cart_coulomb_friction", "rail_friction_patch")
-    steps = [replace(base, effects=(name,)) for name in names]
-    assert [step.effects[-1] for step in list_simplest(steps)] == list(names[1:])
-    assert [step.effects[-1] for step in list_simplest(steps, steps[:1])] == [names[2]]
-
-
 @pytest.mark.parametrize(("effects", "turned"), [(WRONG_SIGN, True), (WRONG_SCALE, False)])
 def test_a_sign_in_doubt_is_settled_by_what_a_search_comes_to(effects: dict, turned: bool) -> None:
     search = search_hidden(effects, 1)
@@ -182,6 +128,14 @@ def test_a_sign_in_doubt_is_settled_by_what_a_search_comes_to(effects: dict, tur
         for names, start in (((), theta), (("angle_sign_inverted",), mirrored_theta))
     )
     assert settle_sign(search, plain, [mirrored]) is (mirrored if turned else plain)
+
+
+def test_a_sign_that_gains_little_beside_a_wrong_scale_is_turned(monkeypatch) -> None:
+    """The constants alone fit 1.6 times better with the right sign, where 2 would be sure."""
+    search = search_hidden({"angle_sign_inverted": {}, "angle_scale": {"ratio": -0.09}}, 4)
+    assert fit_parameters_alone(search).effects == ("angle_sign_inverted",)
+    monkeypatch.setattr(decisions, "SETTLE_DOUBTFUL_SIGNS", False)
+    assert fit_parameters_alone(search).effects == ()
 
 
 def test_the_journal_keeps_every_fit_in_order() -> None:

@@ -98,11 +98,11 @@ def test_the_time_left_of_a_stage_that_outlasts_its_share_does_not_stand_still()
         assert share is not None and left_s is not None
         asked.append((share, left_s))
     shares = [share for share, _ in asked]
-    assert shares == sorted(shares) and shares[-1] < BEGINS[Stage.OTHERWISE]
+    assert shares == sorted(shares) and shares[-1] < BEGINS[Stage.SUBSETS]
     for k in (49, 99):  # 60 s and 110 s for at most 36 % of the work
         share, left_s = asked[k]
         assert left_s == pytest.approx(
-            (k + 11.0) * (1.0 - share) / BEGINS[Stage.OTHERWISE], rel=0.01
+            (k + 11.0) * (1.0 - share) / BEGINS[Stage.SUBSETS], rel=0.01
         )
 
 

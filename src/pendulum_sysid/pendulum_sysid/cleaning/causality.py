@@ -69,7 +69,7 @@ def measure_lead(signals: Signals, state: SmoothState) -> Lead | None:
     commanded = np.convolve(driving, np.full(size, 1.0 / size))[size - 1 :]
     commands = np.column_stack([commanded[rows - place * size] for place in places])
     columns = np.column_stack([commands, list_other_forces(signals, state, size)[rows]])
-    block = (signals.times_s[rows] // decisions.ANSWER_BLOCK_S).astype(int)
+    block = (signals.times_s[rows] // decisions.ERROR_BLOCK_S).astype(int)
     commanded_blocks = np.unique(block[np.any(commands, axis=1)])
     if len(commanded_blocks) < decisions.SPREAD_LEAST_BLOCKS:
         return None  # a single push leaves no spread between blocks

@@ -32,7 +32,7 @@ def find_clipped_runs(command: Floats) -> list[tuple[int, int]]:
     clipped = [
         (a, b)
         for a, b in find_runs(at_limit)
-        if b - a >= decisions.CLIPPED_LEAST_SAMPLES and _glides(command, limit, a, b)
+        if b - a >= decisions.LIMIT_LEAST_SAMPLES and _glides(command, limit, a, b)
     ]
     samples = sum(b - a for a, b in clipped)
     return clipped if samples > decisions.CLIPPED_SHARE * len(command) else []

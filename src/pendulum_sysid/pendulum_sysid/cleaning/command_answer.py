@@ -69,7 +69,7 @@ def follows_command(signals: Signals, state: SmoothState) -> bool:
         return float(np.mean(left**2)) < decisions.UNCOMMANDED_MOST_LEFT * float(
             np.mean(target**2)
         )
-    block = (signals.times_s[rows] // decisions.ANSWER_BLOCK_S).astype(int)
+    block = (signals.times_s[rows] // decisions.ERROR_BLOCK_S).astype(int)
     step = max(round(LATER_S / signals.period_s), 1)
     latest = round(decisions.ANSWER_LATEST_S / signals.period_s)
     commands = [delay_command(signals, late) for late in range(0, latest + 1, step)]

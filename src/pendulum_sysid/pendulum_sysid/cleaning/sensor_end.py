@@ -41,7 +41,7 @@ def find_end_runs(values: Floats) -> list[tuple[int, int]]:
         runs = [
             (a, b)
             for a, b in find_runs(np.equal(values, end))
-            if b - a >= decisions.END_LEAST_SAMPLES
+            if b - a >= decisions.LIMIT_LEAST_SAMPLES
         ]
         abrupt = sum(_is_abrupt(values, floor, a, b) for a, b in runs)
         if abrupt >= decisions.END_LEAST_RUNS and 2 * abrupt > len(runs):

@@ -9,32 +9,22 @@ from collections.abc import Sequence
 
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.journal import Search
-from pendulum_sysid.finding.judge import choose_simplest, compute_lead
+from pendulum_sysid.finding.judge import choose_simplest
 from pendulum_sysid.finding.need import needs_effect
 from pendulum_sysid.finding.propose import Proposal, propose
 from pendulum_sysid.records import Fit
 from pendulum_twin.effects import BY_NAME
 
 
-def grow_set(search: Search, base: Fit, known: Fit | None = None) -> Fit:
-    """Return the base with effects added one by one, as long as a step is really ahead.
-
-    known: the fit at which another search ended; None for none. A set that holds all effects of
-        that fit, and is no better, grows no further.
-    """
+def grow_set(search: Search, base: Fit) -> Fit:
+    """Return the base with effects added one by one, as long as a step is really ahead."""
     best = base
     while len(best.effects) < len(base.effects) + decisions.MOST_EFFECTS_ADDED:
-        if known is not None and _comes_back(best, known):
-            break
         steps = find_steps(search, best)
         if not steps:
             break
         best = steps[0]
     return best
-
-
-def _comes_back(fit: Fit, known: Fit) -> bool:
-    return set(fit.effects) >= set(known.effects) and not compute_lead(fit, known).is_real
 
 
 def find_steps(search: Search, best: Fit) -> list[Fit]:
@@ -74,23 +64,3 @@ def list_contained(proposal: Proposal, proposals: Sequence[Proposal]) -> list[st
     simpler = BY_NAME[proposal.effect].simpler
     least = decisions.PROPOSAL_LEAST_NATS
     return [p.effect for p in proposals if p.effect in simpler and proposal.gain < p.gain + least]
-
-
-def list_simplest(steps: Sequence[Fit], taken: Sequence[Fit] = ()) -> list[Fit]:
-    """Return the steps that lead elsewhere: to the simplest effects that were not tried yet.
-
-    Left out are steps whose new effect contains the new effect of another step: a search goes from
-    an effect to another that contains it, and back, by itself.
-
-    taken: steps with which a search has begun already. Their new effects, and the effects that
-        these contain, are left out, too.
-    """
-    names = {step.effects[-1] for step in steps}
-    gone = {
-        name for step in taken for name in (step.effects[-1], *BY_NAME[step.effects[-1]].simpler)
-    }
-    return [
-        step
-        for step in steps
-        if step.effects[-1] not in gone and not names & set(BY_NAME[step.effects[-1]].simpler)
-    ]

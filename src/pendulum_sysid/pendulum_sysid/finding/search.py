@@ -10,11 +10,10 @@ Runs take long steps while sets are tried; what the search ends at is fitted wit
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from pendulum_sysid import decisions
-from pendulum_sysid.finding.growth import find_steps, grow_set, list_simplest
+from pendulum_sysid.finding.growth import find_steps, grow_set
 from pendulum_sysid.finding.identifiability import find_ties
 from pendulum_sysid.finding.journal import Journal, Progress, Search, report_nothing
 from pendulum_sysid.finding.judge import (
@@ -120,36 +119,7 @@ def explain_misfit(search: Search, base: Fit) -> Explanation:
     grown = grow_set(search, steps[0]) if steps else start
     expected = pole.effects if pole is not None else ()
     short = Explanation(prune_set(search, base.effects, grown, expected), pole)
-    short = begin_otherwise(search, base, steps, short)
     return extend_horizon(search, base, begin_with_subsets(search, base, short))
-
-
-def begin_otherwise(
-    search: Search, base: Fit, steps: Sequence[Fit], explanation: Explanation
-) -> Explanation:
-    """Return what a search with another first step finds, if only that search ends at the noise.
-
-    A set that grows by one effect at a time is bound to its first effect: a broad friction patch
-    takes the place of dry friction and a narrow patch. An effect that the pole shows by itself may
-    stand for a wrong scale of the cart's position.
-
-    steps: fits with one effect more that were ahead; the search so far took the first of them.
-    explanation: what the search so far found; returned where no other search is better.
-    """
-    at_noise = decisions.MISFIT_AT_NOISE
-    if explanation.fit.choose <= at_noise or not decisions.BEGIN_OTHERWISE:
-        return explanation
-    search.journal.report(Stage.OTHERWISE)
-    others = (
-        list_simplest(find_steps(search, base))
-        if explanation.expected
-        else list_simplest(steps, steps[:1])
-    )
-    for step in others[: decisions.OTHER_BEGINNINGS]:
-        other = grow_set(search, step, explanation.fit)
-        if other.choose <= at_noise and compute_lead(other, explanation.fit).is_real:
-            return Explanation(prune_set(search, base.effects, other), None)
-    return explanation
 
 
 def begin_with_subsets(search: Search, base: Fit, explanation: Explanation) -> Explanation:

@@ -126,7 +126,7 @@ def compute_naming_threshold(values: int) -> float:
     values: how many a diagnosis decides on.
     """
     return max(
-        decisions.VISIBLE_STANDARD_ERRORS,
+        decisions.SURE_STANDARD_ERRORS,
         2 * decisions.LEAD_STANDARD_ERRORS * np.sqrt(3.0),
         np.sqrt(4 * values * np.log(decisions.LEAD_MISFIT_RATIO)),
     )

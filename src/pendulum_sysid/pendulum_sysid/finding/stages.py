@@ -8,8 +8,8 @@ from enum import StrEnum
 class Stage(StrEnum):
     """Name a stage: a text for whoever prints progress, a member for whoever measures it.
 
-    In the order in which they come; OTHERWISE, SUBSETS and LAWS are left out where the model is
-    right without them.
+    In the order in which they come; SUBSETS and LAWS are left out where the model is right without
+    them.
     """
 
     READING = "reading the recordings"
@@ -17,7 +17,6 @@ class Stage(StrEnum):
     CONSTANTS = "fitting the rig's constants alone"
     POLE = "asking the pole by itself, its axis moved as recorded"
     GROWING = "asking what is missing, an effect at a time"
-    OTHERWISE = "beginning with other steps"
     SUBSETS = "trying effects that help only together"
     LONG = "following small errors over a whole second"
     NAMING = "asking which other names would do as well"

@@ -134,7 +134,7 @@ def _linearise_candidates(search: Search, fit: Fit, free: tuple[Free, ...]) -> C
 def _cut_blocks(system: System) -> list[Ints]:
     """Return the indices of the windows in each block of time."""
     count = len(system.normals)
-    return np.array_split(np.arange(count), min(decisions.SUBSET_BLOCKS, count))
+    return np.array_split(np.arange(count), min(decisions.SPREAD_BLOCKS, count))
 
 
 def _list_sets(columns: Columns, kept: Sequence[Ints], size: int) -> Ints:

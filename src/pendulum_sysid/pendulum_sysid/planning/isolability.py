@@ -68,7 +68,7 @@ class EffectRow:
         on or off.
     typical: parameter's name -> value at a typical size.
     errors: standard errors by which the typical size stands out of the noise.
-    found_from: the size that stands VISIBLE_STANDARD_ERRORS out of the noise; None for no size.
+    found_from: the size that stands SURE_STANDARD_ERRORS out of the noise; None for no size.
     named_from: the size that a diagnosis names; None for no size.
     not_told_from: effects that could take its place at its typical size.
     by_no_motion: effects that look the same in every motion.
@@ -153,7 +153,7 @@ def predict_isolability(
     report(f"sizes from which {len(middle)} effects show")
     detectable, nameable = (
         _find_shares(problem, theta, free, power, middle, columns, errors)
-        for errors in (decisions.VISIBLE_STANDARD_ERRORS, needed)
+        for errors in (decisions.SURE_STANDARD_ERRORS, needed)
     )
     runs = _play_twins(twin, thetas, plan, encoders)
     inseparable = _find_inseparable(case, problem, power, free, middle, runs, report)
@@ -318,7 +318,7 @@ def _make_row(
         errors,
         find_size(detectable),
         find_size(nameable),
-        inseparable if errors >= decisions.VISIBLE_STANDARD_ERRORS else (),
+        inseparable if errors >= decisions.SURE_STANDARD_ERRORS else (),
         tuple(e.name for e in list_doubles(effect, free)),
     )
 

@@ -63,7 +63,7 @@ def plan_next_experiment(
     if parting.plan is not None or goal == "tie":
         return parting if parting.why else Next(None, NOTHING_TIED)
     wide = list_narrowings(case, split, best, 0.0 if goal else decisions.WIDE_INTERVAL)[
-        : 1 if goal else decisions.INTERVALS_PLANNED_FOR
+        : 1 if goal else decisions.MOST_PLANNED_FOR
     ]
     if wide:
         said = [parting.why] if parting.why else []
@@ -125,7 +125,7 @@ def _list_partings(case: Case, split: Split, best: Fit, ties: Sequence[Tie]) -> 
     )
     return [
         aim
-        for tie in closest[: decisions.TIES_PLANNED_FOR]
+        for tie in closest[: decisions.MOST_PLANNED_FOR]
         for aim in make_partings(case, split, best, tie)
     ]
 

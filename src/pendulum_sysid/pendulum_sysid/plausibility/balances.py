@@ -75,12 +75,12 @@ def balance_pole(signals: Signals, state: SmoothState, part: slice = slice(None)
     if fit is None:
         return UNKNOWN
     weights, errors, explained = fit
-    if math.hypot(*weights[:2]) < decisions.BALANCE_STANDARD_ERRORS * math.hypot(*errors[:2]):
+    if math.hypot(*weights[:2]) < decisions.SURE_STANDARD_ERRORS * math.hypot(*errors[:2]):
         return replace(UNKNOWN, explained=explained)
     coupling, share = math.nan, 0.0
     if len(weights) > 3:
         size, error = math.hypot(*weights[3:]), math.hypot(*errors[3:])
-        coupling = size if size >= decisions.BALANCE_STANDARD_ERRORS * error else math.nan
+        coupling = size if size >= decisions.SURE_STANDARD_ERRORS * error else math.nan
         share = _measure_share(rows, target, use, 3)
     upright_rad = math.atan2(-weights[1], weights[0])
     return PoleBalance(math.hypot(*weights[:2]), upright_rad, coupling, explained, share)
@@ -113,7 +113,7 @@ def measure_gain(signals: Signals, state: SmoothState) -> float:
         return math.nan
     weights, errors, _ = fit
     size, error = abs(float(weights[0])), float(errors[0])
-    return size if size >= decisions.BALANCE_STANDARD_ERRORS * error else math.nan
+    return size if size >= decisions.SURE_STANDARD_ERRORS * error else math.nan
 
 
 def _fit_robustly(rows: Floats, target: Floats, use: Mask) -> tuple[Floats, Floats, float] | None:

@@ -34,7 +34,7 @@ def format_isolability(isolability: Isolability) -> str:
         "",
         format_table(HEADER, [_format_row(row) for row in isolability.rows]),
         "",
-        f"found from: stands {decisions.VISIBLE_STANDARD_ERRORS:g} standard errors out of the "
+        f"found from: stands {decisions.SURE_STANDARD_ERRORS:g} standard errors out of the "
         "encoders' noise, beside all of the rig's constants.",
         "named from: a diagnosis will name it, which decides on windows that it did not fit.",
         "not told from: in any size it comes nearer than "

@@ -55,10 +55,10 @@ def list_doubts(verdict: Verdict) -> tuple[str, ...]:
     rest = verdict.remainder
     floors = [rest.above_noise_floor] if rest else []
     floors += [get_floors(verdict.fit).after] if verdict.fit else []
-    if max(floors, default=0.0) > decisions.LIGHT_MOST_FLOORS:
+    if max(floors, default=0.0) > decisions.LITTLE_MOST_FLOORS:
         ratio = format_number(max(floors))
         doubts.append(f"the improved twin's error is {ratio} times the noise floor")
-    elif rest and rest.whole_windows and rest.whole_windows > decisions.LIGHT_MOST_FLOORS:
+    elif rest and rest.whole_windows and rest.whole_windows > decisions.LITTLE_MOST_FLOORS:
         ratio = format_number(rest.whole_windows)
         doubts.append(f"over whole windows the twin errs by {ratio} times the sensors' noise")
     if verdict.events_s:

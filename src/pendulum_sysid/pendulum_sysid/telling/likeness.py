@@ -40,7 +40,7 @@ def is_unexplained(findings: Findings) -> bool:
     if physics or floor is None or runs_at_noise(findings):
         return False
     typical = after.typical / floor.typical
-    far = compute_floor_ratio(findings) > decisions.UNNAMED_FLOORS
+    far = compute_floor_ratio(findings) > decisions.LITTLE_MOST_FLOORS
     return bool(far and typical > decisions.MISFIT_AT_NOISE)
 
 

@@ -52,7 +52,7 @@ def find_angle_steps(signals: Signals, noise_rad: float | None) -> tuple[AngleSt
         (
             (float(clearness[k]), width, int(k))
             for width, (_, clearness) in enumerate(measured)
-            for k in np.flatnonzero(clearness > decisions.SLIP_DEVIATIONS)
+            for k in np.flatnonzero(clearness > decisions.SURE_STANDARD_ERRORS)
         ),
         reverse=True,
     )

@@ -110,7 +110,7 @@ def _report(signals: Signals, rates: Floats, delay_s: float, time_constant_s: fl
 
 def _judge_lag(signals: Signals, compute_errors: Errors, usable: Mask) -> Lag | None:
     """Return the lag that explains the reported velocities best, where it is clearly needed."""
-    block = (signals.times_s[usable] // decisions.LAG_BLOCK_S).astype(int)
+    block = (signals.times_s[usable] // decisions.ERROR_BLOCK_S).astype(int)
     if len(np.unique(block)) < 4:
         return None
 
@@ -130,7 +130,7 @@ def _judge_lag(signals: Signals, compute_errors: Errors, usable: Mask) -> Lag | 
     half = _compute_half_width(compute_errors, delay, constant, block)
     half = float(np.hypot(half, _compute_averaging(signals.period_s, constant)))
     if (
-        ahead < decisions.LAG_STANDARD_ERRORS
+        ahead < decisions.SURE_STANDARD_ERRORS
         or ratio**2 < decisions.LAG_POWER_RATIO
         or constant <= half
     ):

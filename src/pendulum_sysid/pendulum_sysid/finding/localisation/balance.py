@@ -200,7 +200,7 @@ def _number_blocks(case: Case, at: Ints) -> Ints:
     inside = (
         (at - np.array(signals.stretch_begins)[stretch])
         * signals.period_s
-        // decisions.BALANCE_BLOCK_S
+        // decisions.ERROR_BLOCK_S
     ).astype(np.int64)
     return np.unique(np.stack([stretch, inside]), axis=1, return_inverse=True)[1].reshape(-1)
 
