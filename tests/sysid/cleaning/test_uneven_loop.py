@@ -54,6 +54,7 @@ def test_the_twin_of_an_uneven_loop_runs_at_the_noise(drifts: bool) -> None:
     late = np.random.default_rng(3).integers(0, 5, 2000) // (1 if drifts else 2)
     recording = clean_recording(record_loop(late, drifts))
     assert recording.signals.command_parts.shape[1] == 4
+    assert recording.timing_spread_s == 0.0  # no command is moved
     prepared = prepare([recording], INTECO)
     misfit = fit(prepared.case, prepared.split, (), make_theta(INTECO), HORIZONS[-1]).choose
     print(f"{misfit:.3g} of the noise")

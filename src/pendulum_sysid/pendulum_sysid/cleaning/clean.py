@@ -147,9 +147,11 @@ def _set_command_times(
     def measure(commanded: Signals) -> float:
         return measure_unexplained(commanded, smoothed())
 
-    raw, spread_s = retime_commands(
-        samples.raw, signals.period_s, lambda raw: measure(_hold(raw, signals))
-    )
+    raw, spread_s = samples.raw, 0.0
+    if not samples.rate.uneven:  # a loop sends commands as unevenly as it takes samples
+        raw, spread_s = retime_commands(
+            raw, signals.period_s, lambda raw: measure(_hold(raw, signals))
+        )
     parts = count_parts(signals.period_s, _list_commands(raw)[0], samples.rate.uneven)
     if parts > 1:
         return _hold_parts(raw, signals, parts), spread_s, None
