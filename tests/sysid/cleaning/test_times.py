@@ -112,9 +112,11 @@ def test_commands_between_slow_samples_act_where_they_came() -> None:
 
 def test_commands_as_often_as_samples_are_held_for_whole_periods() -> None:
     assert TRUE.parts is None and TRUE.command_parts.shape == (len(TRUE), 1)
-    assert count_parts(0.01, RAW.command_stamp_s) == 1
-    assert count_parts(0.001, 1e-4 * np.arange(1000)) == 1  # shorter than a step of the search
-    assert count_parts(0.05, 0.001 * np.arange(1000)) == 20
+    assert count_parts(0.01, RAW.command_stamp_s, False) == 1
+    # shorter than a step of the search
+    assert count_parts(0.001, 1e-4 * np.arange(1000), False) == 1
+    assert count_parts(0.01, RAW.command_stamp_s, True) == 4  # anywhere between two instants
+    assert count_parts(0.05, 0.001 * np.arange(1000), False) == 20
 
 
 @pytest.mark.parametrize("lost", [0.0, 0.01, 0.2])

@@ -94,7 +94,7 @@ def clean_recording(raw: RawRecording) -> Recording:
     rows, repeats = find_usable_rows(raw)
     retimed = retime_samples(raw, rows)
     holes = find_command_holes(retimed.raw)
-    samples = _start_samples(holes.raw, retimed.rows)
+    samples = _start_samples(holes.raw, retimed.rows, retimed.uneven)
     faults = [*repeats, *retimed.faults]
     for detect in DETECTORS:
         samples, detected = detect(samples)
@@ -147,10 +147,12 @@ def _set_command_times(
     def measure(commanded: Signals) -> float:
         return measure_unexplained(commanded, smoothed())
 
-    raw, spread_s = retime_commands(
-        samples.raw, signals.period_s, lambda raw: measure(_hold(raw, signals))
-    )
-    parts = count_parts(signals.period_s, _list_commands(raw)[0])
+    raw, spread_s = samples.raw, 0.0
+    if not samples.rate.uneven:  # a loop sends commands as unevenly as it takes samples
+        raw, spread_s = retime_commands(
+            raw, signals.period_s, lambda raw: measure(_hold(raw, signals))
+        )
+    parts = count_parts(signals.period_s, _list_commands(raw)[0], samples.rate.uneven)
     if parts > 1:
         return _hold_parts(raw, signals, parts), spread_s, None
     retimed = signals if raw is samples.raw else _hold(raw, signals)
@@ -200,12 +202,16 @@ def _hold_parts(raw: RawRecording, signals: Signals, count: int) -> Signals:
     return replace(signals, command=parts.mean(axis=1), parts=parts)
 
 
-def _start_samples(raw: RawRecording, rows: Mask) -> Samples:
-    """Return the usable rows (n,) of a recording with the rate of their stamps."""
+def _start_samples(raw: RawRecording, rows: Mask, uneven: bool) -> Samples:
+    """Return the usable rows (n,) of a recording with the rate of their stamps.
+
+    uneven: whether the samples were taken as unevenly as their stamps say.
+    """
     stamps = raw.state_stamp_s[rows]
     _check_enough(raw, len(stamps), float(np.ptp(stamps)) if len(stamps) else 0.0)
     positions = {joint: values[rows] for joint, values in raw.positions.items()}
-    return Samples(raw, rows, estimate_rate(stamps), stamps, positions)
+    rate = replace(estimate_rate(stamps), uneven=uneven)
+    return Samples(raw, rows, rate, stamps, positions)
 
 
 def _check_enough(raw: RawRecording, samples: int, seconds: float) -> None:

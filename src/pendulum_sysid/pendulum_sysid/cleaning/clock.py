@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from pendulum_sysid import decisions
-from pendulum_twin.arrays import Floats, Mask
+from pendulum_twin.arrays import Floats, Ints, Mask
 
 FIT_EACH_SIDE = 5  # samples on either side that a fill is fitted to
+CUBIC_LEAST_STEP = 0.5  # periods; a cubic through nearer samples would magnify their noise
 
 
 @dataclass(frozen=True)
@@ -18,10 +19,12 @@ class Rate:
 
     period_s: s between samples.
     jitter: standard deviation of a stamp from its grid, in periods.
+    uneven: whether samples were taken as unevenly as their stamps say.
     """
 
     period_s: float
     jitter: float
+    uneven: bool = False
 
     @property
     def gap_s(self) -> float:
@@ -88,8 +91,11 @@ def resample(instants: Floats, stamps: Floats, values: Floats, rate: Rate) -> tu
     instants: (n,) s, of the uniform clock.
     stamps, values: (m,) good samples.
 
-    A sample on its instant is taken unchanged; others are interpolated linearly between
-    neighbours. Where none is near, the value is a smooth fill and not valid.
+    A sample near its instant is taken unchanged, unless samples were taken unevenly: at 2 m/s the
+    cart goes 0.8 mm in a twenty-fifth of a period of 10 ms. Elsewhere the value is that of the
+    cubic through two samples on either side: on a straight line an accelerated joint would be off
+    by an eighth of its acceleration times the squared period, which is more than an encoder's
+    step. Where no sample is near, the value is a smooth fill and not valid.
     """
     valid = np.zeros(len(instants), dtype=bool)
     if len(stamps) < 2:
@@ -103,8 +109,40 @@ def resample(instants: Floats, stamps: Floats, values: Floats, rate: Rate) -> tu
         & (instants <= stamps[-1])
     )
     valid = hit | between
-    out = np.where(hit, values[nearest], np.interp(instants, stamps, values))
+    if rate.uneven:
+        hit &= ~between
+    out = np.where(hit, values[nearest], _interpolate(instants, stamps, values, right, rate))
     return fill(out, valid), valid
+
+
+def _interpolate(
+    instants: Floats, stamps: Floats, values: Floats, right: Ints, rate: Rate
+) -> Floats:
+    """Return the values at the instants, (n,), on cubics through two samples on either side.
+
+    Where a sample is missing among the four, or two stand so near each other that the cubic would
+    magnify their noise, the value lies on the line through the neighbours.
+
+    right: (n,) number of the first sample behind each instant, 1 at least.
+    """
+    out: Floats = np.interp(instants, stamps, values)
+    steps = np.diff(stamps)
+    even = (steps > CUBIC_LEAST_STEP * rate.period_s) & (steps < rate.gap_s)
+    inside = (right > 1) & (right < len(stamps) - 1)
+    rows = np.flatnonzero(inside)
+    at = right[rows]
+    whole = even[at - 2] & even[at - 1] & even[at]
+    rows, at = rows[whole], at[whole]
+    nodes = [at - 2, at - 1, at, at + 1]
+    cubic = np.zeros(len(rows))
+    for node in nodes:
+        others = [other for other in nodes if other is not node]
+        factors = [
+            (instants[rows] - stamps[other]) / (stamps[node] - stamps[other]) for other in others
+        ]
+        cubic += np.prod(factors, axis=0) * values[node]
+    out[rows] = cubic
+    return out
 
 
 def fill(values: Floats, valid: Mask) -> Floats:
@@ -156,17 +194,21 @@ def hold_commands(
     return (upto[1] - upto[0]) / period_s
 
 
-def count_parts(period_s: float, stamps: Floats) -> int:
+def count_parts(period_s: float, stamps: Floats, uneven: bool) -> int:
     """Return in how many parts of a sample period commands come; 1 where they are no faster.
 
     Faster commands follow a clock of their own. Several uneven commands a period are answers to
-    one sample, as a busy computer sends them. No part is shorter than a step of the search, which
-    averages over what is faster.
+    one sample, as a busy computer sends them. Where samples were taken unevenly, the rig waits for
+    no clock, and commands act when they come: anywhere between two instants, so in as many parts
+    as can be. No part is shorter than a step of the search, which averages over what is faster.
 
     stamps: (m,) s, when each command came, rising.
+    uneven: whether samples were taken as unevenly as their stamps say.
     """
     if len(stamps) < 2:
         return 1
+    if uneven:
+        return max(int(period_s // decisions.SEARCH_STEP_S), 1)
     steps = np.diff(stamps)
     median = max(float(np.median(steps)), 1e-9)
     even = np.abs(steps / median - 1.0) < decisions.CLOCK_CLEAR

@@ -2,7 +2,8 @@
 
 A driver that samples evenly may stamp unevenly (a busy computer, stamps of the arrival). Each
 sample then stands at a wrong time, by as much as the rig moves within the error. A rig that is
-sampled unevenly and stamped rightly is the opposite case, and looks alike to the clock.
+sampled unevenly and stamped rightly is the opposite case, and looks alike to the clock. However
+near the clock its samples are, each was taken at its stamp: the motion decides there, too.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from pendulum_sysid.reading.raw import RawRecording
 from pendulum_twin.arrays import Floats, Mask
 
 FEWEST_OFF = 20  # samples off the even clock; fewer decide nothing
+CLOCK_EXACT = 0.001  # periods; stamps no further off stand on the even clock
 TRIMMED = 0.05  # of samples; spikes and wraps decide nothing
 
 
@@ -33,6 +35,7 @@ class Retimed:
     spread_s: by how much the time between samples and commands is unknown; 0 for right stamps.
     placed: whether samples stand where the soonest of them are received at once.
     faults: what was wrong with the stamps.
+    uneven: whether samples were taken as unevenly as their stamps say.
     """
 
     raw: RawRecording
@@ -40,6 +43,7 @@ class Retimed:
     spread_s: float = 0.0
     placed: bool = False
     faults: tuple[Fault, ...] = ()
+    uneven: bool = False
 
 
 def retime_samples(raw: RawRecording, rows: Mask) -> Retimed:
@@ -52,18 +56,20 @@ def retime_samples(raw: RawRecording, rows: Mask) -> Retimed:
     if clock is None:
         paused = find_paused_clock(stamps)
         if paused is None:
-            return Retimed(raw, _drop_equal_stamps(raw, rows))
+            return Retimed(raw, _drop_equal_stamps(raw, rows), uneven=True)
         clock, sure = paused
+    positions = {joint: values[rows] for joint, values in raw.positions.items()}
     differ = np.abs(clock.off_s) > 2 * decisions.CLOCK_ALIGNED * clock.period_s
     received = raw.state_received_s
     placed = None if received is None else place_clock(clock, received[rows])
     if np.sum(differ) < FEWEST_OFF:
-        return Retimed(raw, _drop_equal_stamps(raw, rows), placed=placed is not None)
-    positions = {joint: values[rows] for joint, values in raw.positions.items()}
+        uneven = placed is None and _are_stamps_smoother(stamps, clock, positions)
+        kept = _drop_equal_stamps(raw, rows)
+        return Retimed(raw, kept, placed=placed is not None, uneven=uneven)
     as_stamped = _measure_roughness(stamps, positions, differ)
     even = _measure_roughness(clock.times_s, positions, differ)
     if not even < decisions.EVEN_ROUGHNESS_RATIO * as_stamped:
-        return Retimed(raw, _drop_equal_stamps(raw, rows))
+        return Retimed(raw, _drop_equal_stamps(raw, rows), uneven=True)
     faults, spread_s = _list_faults(clock), clock.spread_s
     if placed is not None:
         clock, sure = placed[0], sure & placed[1]
@@ -71,6 +77,16 @@ def retime_samples(raw: RawRecording, rows: Mask) -> Retimed:
     kept[rows] = sure
     retimed = _set_stamps(raw, rows, clock)
     return Retimed(retimed, kept, spread_s, placed is not None, faults)
+
+
+def _are_stamps_smoother(stamps: Floats, clock: EvenClock, positions: dict[str, Floats]) -> bool:
+    """Return whether the motion is smoother by stamps (n,) that lie near the even clock."""
+    differ = np.abs(clock.off_s) > CLOCK_EXACT * clock.period_s
+    if np.sum(differ) < FEWEST_OFF:
+        return False
+    as_stamped = _measure_roughness(stamps, positions, differ)
+    even = _measure_roughness(clock.times_s, positions, differ)
+    return as_stamped < decisions.EVEN_ROUGHNESS_RATIO * even
 
 
 def _list_faults(clock: EvenClock) -> tuple[Fault, ...]:

@@ -44,6 +44,7 @@ class Named:
     is_cancelled: True where the fit leaves more than noise, and other effects nearly cancel the
         effect.
     is_of_pole: True where the pole steadily shows the effect by itself.
+    is_rounding: True where the effect is no more than how the pole's encoder rounds.
     """
 
     effect: str
@@ -55,6 +56,7 @@ class Named:
     is_sure: bool = True
     is_cancelled: bool = False
     is_of_pole: bool = False
+    is_rounding: bool = False
 
     @property
     def is_lasting(self) -> bool:
@@ -65,7 +67,7 @@ class Named:
         lasting = self.replication is None or self.replication.is_lasting
         contradicted = self.steadiness is not None and self.steadiness.is_contradicted
         believed = self.weight is None or self.weight >= decisions.NAME_LEAST_WEIGHT
-        whole = self.is_sure and not self.is_cancelled
+        whole = self.is_sure and not (self.is_cancelled or self.is_rounding)
         return whole and lasting and not contradicted and believed
 
     @property
@@ -205,7 +207,8 @@ def list_doubted(perhaps: Iterable[Named]) -> tuple[Named, ...]:
     return tuple(
         effect
         for effect in perhaps
-        if (effect.replication is None or effect.replication.is_lasting)
+        if not effect.is_rounding
+        and (effect.replication is None or effect.replication.is_lasting)
         and effect.weight is not None
         and effect.weight >= decisions.NAME_LEAST_WEIGHT
     )

@@ -31,6 +31,7 @@ from pendulum_sysid.finding.naming import (
 )
 from pendulum_sysid.finding.pole_alone import PoleAnswer, add_pole_effects, search_pole_alone
 from pendulum_sysid.finding.pruning import prune_set
+from pendulum_sysid.finding.rounding import doubt_rounding
 from pendulum_sysid.finding.separation import Tie
 from pendulum_sysid.finding.signs import fit_parameters_alone
 from pendulum_sysid.finding.spoiled_windows import find_spoiled, leave_out, pick_windows
@@ -105,6 +106,7 @@ def search_effects(case: Case, split: Split, report: Progress = report_nothing) 
     base = fit_over_horizon(case, split, base, pieces)
     widened = widen_sizes(case, split, best, alike)
     best, named = add_readings(case, widened, doubt_intervals(widened, named, case.scales))
+    named = doubt_rounding(case, best, named)
     lasting = tuple(effect for effect in named if effect.is_lasting)
     perhaps = tuple(effect for effect in named if not effect.is_lasting)
     return Answer(base, best, lasting, perhaps, ties, sets, search.journal.trials)
