@@ -226,7 +226,6 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     fit, sure = add_readings(case, fit, sure)
     improved = replace(case, twin=fit.twin)
     after = run_parts(improved, split)
-    law_misfits = measure_whole_windows(case, split, fit)
     with_laws = replace(
         findings,
         named=sure,
@@ -238,12 +237,12 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
         after=after,
         remains=localise(inspect_twin(case, fit.theta), fit.theta, after["train"]),
         floor=measure_noise_floor(improved, fit.theta, split.held_out),
-        law_misfits=law_misfits,
+        law_misfits=measure_whole_windows(case, split, fit),
         given_stays=False,
     )
     if is_surely_behind(after["held_out"], findings.before["held_out"]):
         return findings
-    left = (with_laws.after["held_out"].score / findings.after["held_out"].score) ** 2
+    left = (after["held_out"].score / findings.after["held_out"].score) ** 2
     explains = left < 1.0 - decisions.LEAST_EXPLAINED_SHARE
     return with_laws if explains or not is_unlike(with_laws) else findings
 
