@@ -33,15 +33,21 @@ def make_fit(
 
 @pytest.mark.parametrize(
     ("misfit", "estimates", "lasting"),
-    [(ABOVE, TIED, False), (ABOVE, SURE, True), (AT_NOISE, TIED, True)],
+    [(ABOVE, TIED, False), (ABOVE, SURE, True), (AT_NOISE, TIED, False), (AT_NOISE, SURE, True)],
 )
-def test_above_the_noise_a_size_that_may_be_nothing_is_no_name(
+def test_a_size_that_may_be_nothing_is_no_name(
     misfit: float, estimates: dict[str, Estimate], lasting: bool
 ) -> None:
-    (named,) = doubt_intervals(
-        make_fit(misfit, estimates), [Named("rail_tilt", Lead(1.1, 9.0))], SCALES
-    )
+    """At the noise over a quarter of a second, whole seconds may widen an interval, too."""
+    best, widened = make_fit(misfit, SURE), make_fit(misfit, estimates)
+    (named,) = doubt_intervals(best, widened, [Named("rail_tilt", Lead(1.1, 9.0))], SCALES)
     assert named.is_lasting is lasting
+
+
+def test_an_interval_that_nothing_widens_is_not_doubted() -> None:
+    best = make_fit(AT_NOISE, TIED)
+    (named,) = doubt_intervals(best, best, [Named("rail_tilt", Lead(1.1, 9.0))], SCALES)
+    assert named.is_lasting
 
 
 def test_a_rival_whose_fit_ends_on_its_way_begins_again(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -39,8 +39,8 @@ class Named:
         at the noise, and for an effect without a size.
     weight: how much the effect, or what it cannot be told from, is believed, 0 to 1, over all sets
         that were tried; None for an effect that no search tries.
-    is_sure: False where the fit leaves more than noise, and the interval of every size, with what
-        remains counted in, holds the value at which the effect vanishes.
+    is_sure: False where what remains widens the intervals, over short pieces or whole windows, and
+        the interval of every size holds the value at which the effect vanishes.
     is_cancelled: True where the fit leaves more than noise, and other effects nearly cancel the
         effect.
     is_of_pole: True where the pole steadily shows the effect by itself.
@@ -181,15 +181,20 @@ def add_replications(
     )
 
 
-def doubt_intervals(best: Fit, named: Iterable[Named], scales: Scales) -> tuple[Named, ...]:
+def doubt_intervals(
+    best: Fit, widened: Fit, named: Iterable[Named], scales: Scales
+) -> tuple[Named, ...]:
     """Return the names of a fit with `is_sure`: whether the intervals exclude a size of 0.
 
-    best: with intervals that the remainder and the parts of the recording have widened.
+    Intervals that nothing widens exclude it already: the fit is at the noise with each effect, and
+    not without.
+
+    widened: the fit with intervals that the remainder and the parts of the recording have widened;
+        the fit itself where nothing widens them.
     scales: of the recording.
     """
-    above = best.choose > decisions.MISFIT_AT_NOISE
     return tuple(
-        replace(effect, is_sure=not above or is_surely_there(best, effect.effect, scales))
+        replace(effect, is_sure=widened is best or is_surely_there(widened, effect.effect, scales))
         for effect in named
     )
 
