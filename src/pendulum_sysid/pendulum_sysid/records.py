@@ -88,6 +88,8 @@ class Recording:
         doubt: samples whose command is in doubt; None where there are none.
         at_once: (n,) PWM fraction, the command if each message acts when it comes: its mean over
             the period after each sample; None where `signals` hold the same.
+        pole_step_rad: rad, step of the pole's encoder, of which the angles are whole multiples as
+            they were recorded; 0 where none shows. On uneven times `signals` lie between steps.
     """
 
     name: str
@@ -99,6 +101,7 @@ class Recording:
     command_latency: CommandLatency | None = None
     doubt: CommandDoubt | None = None
     at_once: Floats | None = None
+    pole_step_rad: float = 0.0
 
     @property
     def losses(self) -> str:

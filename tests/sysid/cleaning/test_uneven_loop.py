@@ -1,11 +1,15 @@
 """A loop that sleeps between its turns: samples and commands at rightly stamped, uneven times."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.made_recordings import HANGING, INTECO
 
 from pendulum_sysid.cleaning.clean import clean_recording
 from pendulum_sysid.cleaning.clock import Rate, resample
+from pendulum_sysid.cleaning.encoder_steps import find_encoder_step
+from pendulum_sysid.cleaning.joining import join_recordings
 from pendulum_sysid.fitting.fit import HORIZONS, fit
 from pendulum_sysid.prepare import prepare
 from pendulum_sysid.reading.raw import RawRecording
@@ -57,8 +61,17 @@ def test_the_twin_of_an_uneven_loop_runs_at_the_noise(drifts: bool) -> None:
     assert recording.timing_spread_s == 0.0  # no command is moved
     prepared = prepare([recording], INTECO)
     misfit = fit(prepared.case, prepared.split, (), make_theta(INTECO), HORIZONS[-1]).choose
-    print(f"{misfit:.3g} of the noise")
     assert misfit < 0.6  # 1.25 and 1.19 with samples moved to instants, and commands averaged
+
+
+def test_the_step_of_the_encoder_is_known_although_samples_lie_between_steps() -> None:
+    raw = record_loop(np.random.default_rng(3).integers(0, 5, 1000), drifts=True)
+    step = 2.0 * np.pi / 1000
+    recording = clean_recording(replace(raw, pole=step * np.floor(raw.positions["pole"] / step)))
+    assert recording.pole_step_rad == pytest.approx(step, rel=1e-6)
+    assert find_encoder_step(recording.signals.pole) == 0.0
+    joined = join_recordings([clean_recording(raw), recording])
+    assert joined.pole_step_rad == recording.pole_step_rad
 
 
 def test_samples_that_were_taken_unevenly_are_not_moved_to_their_instants() -> None:

@@ -32,6 +32,7 @@ from pendulum_sysid.cleaning.command_holes import (
 )
 from pendulum_sysid.cleaning.command_times import retime_commands
 from pendulum_sysid.cleaning.detector import Detector, Fault, Interval, Samples, Track
+from pendulum_sysid.cleaning.encoder_steps import find_encoder_step
 from pendulum_sysid.cleaning.foreign_start import detect_foreign_start
 from pendulum_sysid.cleaning.frozen import detect_frozen
 from pendulum_sysid.cleaning.gaps import detect_gaps
@@ -120,6 +121,7 @@ def clean_recording(raw: RawRecording) -> Recording:
         raw.command_latency,
         doubt,
         at_once,
+        find_encoder_step(samples.positions.get("pole")),
     )
 
 

@@ -34,6 +34,7 @@ def join_recordings(recordings: Sequence[Recording]) -> Recording:
         _pick_latency(recordings),
         join_doubts([each.doubt for each in recordings], [len(r.signals) for r in recordings]),
         _join_at_once(recordings),
+        max(recording.pole_step_rad for recording in recordings),
     )
 
 

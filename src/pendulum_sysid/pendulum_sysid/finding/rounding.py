@@ -14,7 +14,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from pendulum_sysid.cleaning.encoder_steps import find_encoder_step
 from pendulum_sysid.finding.naming import Named
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.records import Fit
@@ -31,12 +30,13 @@ def doubt_rounding(case: Case, fit: Fit, named: Iterable[Named]) -> tuple[Named,
 
     fit: with intervals; the size nearest to 0 counts.
     """
-    named = tuple(named)
+    named, half_step = tuple(named), 0.5 * case.recording.pole_step_rad
+    if not half_step:
+        return named
     constants = [e for e in named if CONSTANT in (e.effect, *e.inseparable_from)]
-    step = find_encoder_step(case.signals.pole) if constants else 0.0
     return tuple(
         replace(e, is_rounding=True)
-        if e in constants and _measure_least_error(case, fit, e.effect) <= 0.5 * step
+        if e in constants and _measure_least_error(case, fit, e.effect) <= half_step
         else e
         for e in named
     )
