@@ -162,7 +162,6 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
         after = run_parts(replace(case, twin=answer.best.twin), split)
     base, best = answer.base, answer.best
     names = [named.effect for named in answer.named]
-    improved = replace(case, twin=best.twin)
     windows = cut_windows(case.signals, case.state, WINDOW_S)
     base_runs = run_windows(replace(case, twin=base.twin), windows)
     equations, at_base = inspect_twins(case, (best.theta, base.theta))
@@ -179,13 +178,14 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
         remains=localise(equations, best.theta, after["train"]),
         before=before,
         after=after,
-        floor=measure_noise_floor(improved, best.theta, split.held_out),
+        floor=measure_noise_floor(replace(case, twin=best.twin), best.theta, split.held_out),
         coming=plan_next_experiment(case, split, best, answer.ties),
         misfits=tuple(find_misfits(case, best.theta, remainders, names)),
         outweighed=is_outweighed(remainders),
         learned_misfit=learned_misfit,
         held_out_misfit=held_out_misfit,
         given_stays=given_stays,
+        base_runs=base_runs,
     )
     if decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE:
         return replace(findings, certain=read_effects(case, base.theta, Use.CERTAIN))

@@ -77,11 +77,18 @@ def test_without_a_window_inside_a_stretch_there_are_no_events() -> None:
     assert find_events((make_runs([1.0, 50.0]),), FLOOR, np.array([0.0, 1.0])) is None
 
 
-@pytest.mark.parametrize(("misfit", "told"), [(1.1, False), (4.0, True)])
-def test_runs_that_are_far_off_for_their_smoothed_starts_alone_are_no_events(
-    misfit: float, told: bool
+@pytest.mark.parametrize(
+    ("misfit", "base", "told"),
+    [(1.1, 1.0, False), (4.0, 1.0, True), (4.0, 8.0, False)],
+    ids=["by starts alone", "at a touch", "beside an effect that may be there"],
+)
+def test_what_starts_or_possible_effects_explain_is_no_event(
+    misfit: float, base: float, told: bool
 ) -> None:
-    """A controller near upright: two rigs of ten that hid nothing were said to be touched."""
+    """A controller near upright: two rigs of ten that hid nothing were said to be touched.
+
+    A motor that weakened, and had no name, was said to be touched where the rest was largest.
+    """
     errors = 21 * [1.0]
     errors[5] = 30.0
     every = np.ones(2100, dtype=bool)
@@ -91,13 +98,15 @@ def test_runs_that_are_far_off_for_their_smoothed_starts_alone_are_no_events(
         **{
             **blank,
             "case": namedtuple("case", "signals")(signals),
-            "best": namedtuple("fit", "choose")(0.9),
+            "base": namedtuple("fit", "effects")(()),
+            "best": namedtuple("fit", "choose effects")(0.9, ("gain_drift",)),
             "named": (),
             "laws": (),
             "floor": FLOOR,
             "after": {"learn": make_runs(errors), "held_out": make_runs(errors)},
             "learned_misfit": 1.0,
             "held_out_misfit": misfit,
+            "base_runs": make_runs([base * error for error in errors]),
         }
     )
     assert (list_events(findings) is not None) == told

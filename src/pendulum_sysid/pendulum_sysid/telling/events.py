@@ -48,13 +48,17 @@ def _format(time_s: float) -> str:
 def list_events(findings: Findings) -> Events | None:
     """Return the stretches in which all that is unexplained stands; None for other errors.
 
-    Where effects or laws explain a part, the rest is told as what remains.
+    Where effects or laws explain a part, the rest is told as what remains. Effects that are no
+    names may explain a part as well: the constants alone have to leave few stretches, too.
     """
     if findings.floor is None or findings.named or findings.laws or runs_at_noise(findings):
         return None
     signals = findings.case.signals
     begins_s = signals.times_s[list(signals.stretch_begins)]
     parts = findings.after["learn"], findings.after["held_out"]
+    alone = None if findings.best.effects == findings.base.effects else findings.base_runs
+    if alone is not None and find_events((alone,), findings.floor, begins_s) is None:
+        return None
     return find_events(parts, findings.floor, begins_s)
 
 

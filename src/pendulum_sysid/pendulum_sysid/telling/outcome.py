@@ -51,6 +51,7 @@ class Findings:
     wandering: the force that would make up for what the improved twin lacks; None at the noise.
     given_stays: True where no other twin runs left-out windows better for sure: the improved twin
         is the given twin then.
+    base_runs: free runs of the constants alone, over windows one after another; None if not asked.
     """
 
     case: Case
@@ -77,6 +78,7 @@ class Findings:
     repeats: Repeatability | None = None
     wandering: LatentForce | None = None
     given_stays: bool = False
+    base_runs: WindowRuns | None = None
 
     @property
     def final(self) -> Fit:
