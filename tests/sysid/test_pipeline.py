@@ -201,6 +201,7 @@ def measure_beside(
         measure_best_laws=lambda *about: measured,
         measure_noise_floor=lambda *about: None,
         measure_whole_windows=lambda *about: (1.0, 1.0),
+        widen_bands=lambda measured: measured.named[1],
         widen_intervals=lambda case, split, fit: fit,
         is_at_noise=lambda *about: True,
         list_shared_parameters=lambda case, law_fit: (),
