@@ -69,8 +69,9 @@ def add_parts(law: MeasuredLaw, verdict: ps.Verdict) -> MeasuredLaw:
         for part, parameter in zip(effect.law_parts, effect.parameters, strict=False):
             size, shape = missing.parameters[parameter.name], PARTS[part](knots)
             values = values + shape * size.value
-            below = np.hypot(below, shape * (size.value - size.low))
-            above = np.hypot(above, shape * (size.high - size.value))
+            ends = [shape * (size.low - size.value), shape * (size.high - size.value)]
+            lower, upper = np.sort(ends, axis=0)  # a negative shape turns the interval round
+            below, above = np.hypot(below, lower), np.hypot(above, upper)
     return replace(
         law,
         values=tuple(values.tolist()),
