@@ -290,6 +290,7 @@ class Planned:
     with_laws: str | None
     named: tuple[SimpleNamespace, ...] = (SimpleNamespace(effect="input_delay"),)
     case: None = None
+    bands: None = None
     coming: object = "before"
 
 
@@ -317,6 +318,6 @@ def test_the_next_experiment_is_for_the_fit_that_the_verdict_tells(
     monkeypatch.setattr(
         pipeline,
         "plan_next_experiment",
-        lambda case, split, best, kept: (best, [tie.rival for tie in kept]),
+        lambda case, split, best, kept, bands: (best, [tie.rival for tie in kept]),
     )
     assert pipeline._plan_beside_laws(Planned(fit), None, ties).coming == coming

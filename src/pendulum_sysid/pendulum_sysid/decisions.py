@@ -324,7 +324,6 @@ CONFIRM_LONG_HORIZON = True  # on or off; what long windows add must show over s
 ACCEPT_LIKELIHOOD = True  # on or off; an effect in a few windows may win by likelihood
 ACCEPT_STEADY = True  # on or off; a sure lead, however small, of an effect that is steady
 CHECK_SHAPES = True  # on or off; doubt a name whose law has another shape
-CHECK_OUTWEIGHED = True  # on or off; doubt names that one missing force outweighs
 CHECK_SLIGHT = True  # on or off; doubt names that explain little over whole windows
 
 # Has a rig changed between its recordings, and is a rig unlike the others?

@@ -22,7 +22,6 @@ from pendulum_sysid.finding.localisation.localise import localise
 from pendulum_sysid.finding.localisation.shape_check import (
     Misfit,
     find_misfits,
-    is_outweighed,
     measure_remainders,
 )
 from pendulum_sysid.finding.naming import (
@@ -136,15 +135,15 @@ def explain_answer(prepared: Prepared, answer: Answer, progress: Progress) -> Fi
 def _plan_beside_laws(findings: Findings, split: Split, ties: Sequence[Tie]) -> Findings:
     """Return the findings with a next experiment for the fit with laws, where laws were measured.
 
-    The plan of the search's answer asks for intervals that the laws have made narrow. Its ties are
-    those of twins without laws, so a plan for what is ambiguous stays.
+    Laws make intervals narrow. Ties are of twins without laws, so a plan that parts them stays.
     """
     fit = findings.with_laws
     if fit is None or decide_outcome(findings) is Outcome.AMBIGUOUS:
         return findings
     named = {effect.effect for effect in findings.named}
     never = [tie for tie in ties if tie.by_no_motion and tie.effect in named]
-    return replace(findings, coming=plan_next_experiment(findings.case, split, fit, never))
+    plan = plan_next_experiment(findings.case, split, fit, never, bands=findings.bands)
+    return replace(findings, coming=plan)
 
 
 def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -> Findings:
@@ -165,7 +164,7 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
     windows = cut_windows(case.signals, case.state, WINDOW_S)
     base_runs = run_windows(replace(case, twin=base.twin), windows)
     equations, at_base = inspect_twins(case, (best.theta, base.theta))
-    remainders = measure_remainders(case, best, base, [each.table for each in equations])
+    remainders = measure_remainders(case, best, [each.table for each in equations])
     learned_misfit, held_out_misfit = measure_whole_windows(case, split, best)
     findings = Findings(
         case=case,
@@ -181,7 +180,6 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
         floor=measure_noise_floor(replace(case, twin=best.twin), best.theta, split.held_out),
         coming=plan_next_experiment(case, split, best, answer.ties),
         misfits=tuple(find_misfits(case, best.theta, remainders, names)),
-        outweighed=is_outweighed(remainders),
         learned_misfit=learned_misfit,
         held_out_misfit=held_out_misfit,
         given_stays=given_stays,
@@ -327,7 +325,7 @@ def ask_shapes_again(
     before = {effect.effect for effect in findings.named}
     if not findings.misfits and before.issuperset(names):
         return ()
-    remainders = measure_remainders(findings.case, fit, findings.base)
+    remainders = measure_remainders(findings.case, fit)
     misfits = find_misfits(findings.case, fit.theta, remainders, names)
     still = {(misfit.effect, misfit.place) for misfit in misfits}
     places = {LAWS_BY_NAME[name].place for name in kinds}

@@ -7,7 +7,6 @@ from support.made_recordings import INTECO
 
 from pendulum_sysid.finding import naming
 from pendulum_sysid.finding.judge import Lead, compute_distance, is_surely_there
-from pendulum_sysid.finding.localisation import shape_check
 from pendulum_sysid.finding.naming import Named, doubt_intervals, part_sure_names
 from pendulum_sysid.finding.propose import Proposal
 from pendulum_sysid.fitting.parameters import list_effect_parameters
@@ -197,18 +196,3 @@ def test_a_slack_that_is_crossed_within_half_a_step_is_no_size() -> None:
         estimates = {"belt_backlash.gap_m": Estimate(gap_m, 0.5 * gap_m, 1.5 * gap_m)}
         fit = SimpleNamespace(estimates=estimates, noise=(6e-5, 1e-3))
         assert (compute_distance(fit, "belt_backlash") > 1.0) is there
-
-
-def make_remainder(left: float, noise: float) -> shape_check.Remainder:
-    """Return an equation that lacked a power of 2, and of which a question would take 1."""
-    table = SimpleNamespace(balance=SimpleNamespace(noise=noise**0.5, size=1.0))
-    return shape_check.Remainder(table, {"cart_position": 1.0}, 2.0, left)
-
-
-@pytest.mark.parametrize(("left", "noise", "outweighed"), [(1.5, 0.0, True), (1.5, 0.8, False)])
-def test_noise_that_is_left_does_not_count_as_a_missing_force(
-    monkeypatch: pytest.MonkeyPatch, left: float, noise: float, outweighed: bool
-) -> None:
-    """Of a power of 2 names explained 0.5 where 1.5 are left, 1.3 where 0.8 of these are noise."""
-    monkeypatch.setattr(shape_check, "is_more_than_chance", lambda table, key: True)
-    assert shape_check.is_outweighed([make_remainder(left, noise)]) is outweighed

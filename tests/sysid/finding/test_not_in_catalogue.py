@@ -12,12 +12,12 @@ from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.sensors import Encoders
 from pendulum_bridge.emulator.session import play_plan
+from pendulum_sysid import decisions
 from pendulum_sysid.finding.journal import Search
 from pendulum_sysid.finding.localisation.inspection import inspect_twin
 from pendulum_sysid.finding.localisation.localise import localise
 from pendulum_sysid.finding.localisation.shape_check import (
     find_misfits,
-    is_outweighed,
     measure_remainders,
 )
 from pendulum_sysid.finding.signs import fit_parameters_alone
@@ -74,11 +74,14 @@ class Diagnosed:
 
     @cached_property
     def doubted(self) -> set[str]:
-        """Return the names whose shape is wrong; "all" where more remains than they explain."""
+        """Return the names whose shape is wrong; "all" where they explain too little."""
         names = tuple(n for n in self.named.effects if n not in self.base.effects)
-        remainders = measure_remainders(self.case, self.named, self.base)
+        remainders = measure_remainders(self.case, self.named)
         misfits = find_misfits(self.case, self.named.theta, remainders, names)
-        everything = {"all"} if is_outweighed(remainders) else set()
+        explained = 1.0 - (self.named.choose / self.base.choose) ** 2
+        little = explained < decisions.LEAST_EXPLAINED_SHARE
+        above_noise = self.named.choose > decisions.MISFIT_AT_NOISE
+        everything = {"all"} if little and above_noise else set()
         return {misfit.effect for misfit in misfits} | everything
 
 

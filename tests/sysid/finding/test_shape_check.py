@@ -32,4 +32,4 @@ def test_friction_of_a_cart_that_hardly_moves_is_no_other_law(
     alone = fit(case, split, (), make_theta(INTECO), HORIZONS[0])
     named = fit(case, split, (NAME,), make_theta(rig), HORIZONS[0])
     assert named.choose < 1.5 < alone.choose
-    assert not find_misfits(case, named.theta, measure_remainders(case, named, alone), [NAME])
+    assert not find_misfits(case, named.theta, measure_remainders(case, named), [NAME])

@@ -46,6 +46,14 @@ def test_the_intervals_of_all_parameters_are_read(tmp_path: Path) -> None:
     assert intervals["input_delay.delay_s"] == (0.001, 0.002)
 
 
+def test_the_bands_of_the_laws_are_read(tmp_path: Path) -> None:
+    force = {"law": "cart_force_by_position", "low": [0.0, 0.1], "high": [0.2, 0.5]}
+    odd = [{"law": "drive_gain_along_rail", "low": [0.0], "high": [0.1, 0.2]}, {"low": [0.0]}, 3]
+    assert read_verdict(write(tmp_path, measured_laws=[force, *odd])).bands == {
+        "cart_force_by_position": pytest.approx(0.15)
+    }
+
+
 def test_a_tie_is_that_of_twins_without_laws(tmp_path: Path) -> None:
     law = Law((0.0, 0.5, 1.0), (0.0, 0.1, 0.2))
     path = write(tmp_path)

@@ -292,12 +292,16 @@ def make_nearest_theta(columns: Columns, theta: Floats, shape: int, residual: Re
     return nearest
 
 
-def compute_deviations(normal: Floats) -> Floats:
-    """Return the standard deviations of parameters with these normal equations, in their sizes.
+def compute_deviations(normal: Floats, sums: Floats | None = None) -> Floats:
+    """Return the standard deviations (values,) of sums of parameters with these normal equations.
 
-    Infinite where the equations do not fix a parameter.
+    Infinite where the equations do not fix a sum.
+
+    sums: (values, parameters) of the parameters, in their sizes, that make each value; None for
+        the parameters themselves.
     """
     values, vectors = np.linalg.eigh(normal)
     blind = values < 1e-10 * max(values.max(), 1e-300)
-    variance = (vectors**2) @ (1.0 / np.where(blind, np.inf, values))
-    return np.sqrt(np.where((vectors**2 @ blind) > 1e-6, np.inf, variance))
+    along = (vectors if sums is None else sums @ vectors) ** 2
+    variance = along @ (1.0 / np.where(blind, np.inf, values))
+    return np.sqrt(np.where(along @ blind > 1e-6 * along.sum(axis=1), np.inf, variance))

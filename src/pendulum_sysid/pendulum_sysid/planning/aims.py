@@ -1,4 +1,4 @@
-"""The aims of an experiment: to part two twins, or to narrow the interval of a parameter."""
+"""The aims of an experiment: to part two twins, or to narrow an interval or a law's band."""
 
 from __future__ import annotations
 
@@ -80,46 +80,55 @@ class Parting:
 
 @dataclass(frozen=True)
 class Narrowing:
-    """Narrow the interval of a free parameter.
+    """Narrow the interval of a parameter, or the band of a measured law.
 
     mover: (SIZE,) parameter vector of the fitted twin.
     free: all parameters of the fit.
-    number: place of the parameter in `free`.
-    half: half width of its interval now, in its unit; infinite where it is not fixed.
+    half: half width of the interval now, of a band the mean half width, in `unit`; infinite where
+        it is not fixed.
+    scale: magnitude of the value, or its typical size where the value is smaller, in `unit`.
+    directions: (parameters, directions) along which the parameters move.
+    sums: (values, directions) of the directions that make each value, in `unit`.
+    normal: of the directions; what is believed of them counts in.
     """
 
     subject: str
     mover: Floats
     free: tuple[Free, ...]
-    number: int
     half: float
+    scale: float
+    unit: str
+    directions: Floats
+    sums: Floats
     normal: Floats
 
     def compute_normal(self, problem: Problem, power: Floats) -> Floats:
-        """Return the normal matrix of the parameters' columns."""
-        return compute_columns(problem, self.mover, forget_beliefs(self.free), power).normal
+        """Return the normal matrix of the directions."""
+        columns = compute_columns(problem, self.mover, forget_beliefs(self.free), power)
+        normal: Floats = self.directions.T @ columns.normal @ self.directions
+        return normal
 
     def rate(self, normal: Floats) -> float:
         """Return the value over the half width that is to be expected."""
         return self.scale / max(self.predict_half_width(normal), 1e-300)
 
-    @property
-    def scale(self) -> float:
-        """Return the value, or the parameter's typical size where the value is smaller."""
-        parameter = self.free[self.number]
-        return max(abs(parameter.get(self.mover)), parameter.size)
-
     def predict_half_width(self, normal: Floats) -> float:
         """Return the half width to be expected: today's, shrunk as the information grows."""
-        now, then = (compute_deviations(n)[self.number] for n in (self.normal, normal))
+        now, then = (
+            float(np.sqrt(np.mean(compute_deviations(n, self.sums) ** 2)))
+            for n in (self.normal, normal)
+        )
         if np.isfinite(self.half) and np.isfinite(now):
-            return float(self.half * then / now)
-        return float(decisions.INTERVAL_DEVIATIONS * then * self.free[self.number].size)
+            return self.half * then / now
+        return decisions.INTERVAL_DEVIATIONS * then
 
 
 def forget_beliefs(free: tuple[Free, ...]) -> tuple[Free, ...]:
-    """Return free parameters of which nothing is believed: a belief is no data of a run."""
-    return tuple(replace(parameter, spread=np.inf) for parameter in free)
+    """Return free parameters of which nothing is believed: a belief is no data of a run.
+
+    At which samples of a recording the values of laws act says nothing of another run either.
+    """
+    return tuple(replace(parameter, spread=np.inf, acts=None) for parameter in free)
 
 
 def make_partings(case: Case, split: Split, best: Fit, tie: Tie) -> list[Parting]:
@@ -138,25 +147,32 @@ def make_partings(case: Case, split: Split, best: Fit, tie: Tie) -> list[Parting
     return aims
 
 
-def list_narrowings(case: Case, split: Split, best: Fit, at_least: float) -> list[Narrowing]:
-    """Return the intervals of a fit that are wider than a share of their value, widest first.
-
-    at_least: the share. A parameter that the recordings do not fix has an infinite interval.
-    """
+def list_narrowings(case: Case, split: Split, best: Fit) -> list[Narrowing]:
+    """Return an aim an interval of a fit; what is not fixed has an infinite interval."""
     free = list_free_parameters(case.twin, best.effects, case.scales)
     windows, weight = pick_deciding_windows(case.state, split, best.pieces)
     normal = compute_columns(case.problem(windows), best.theta, free, best.power / weight).normal
-    aims = []
+    aims, axes = [], np.eye(len(free))
     for k, parameter in enumerate(free):
         if not is_fitted_to_positions(parameter.name):
             continue
         estimate = best.estimates[parameter.name]
         unfixed = estimate.low <= parameter.low and estimate.high >= parameter.high
         half = max(estimate.high - estimate.value, estimate.value - estimate.low)
-        half = np.inf if unfixed else half
-        aims.append(Narrowing(parameter.name, best.theta, free, k, half, normal))
-    wide = [aim for aim in aims if aim.half > at_least * aim.scale]
-    return sorted(wide, key=lambda aim: aim.half / aim.scale, reverse=True)
+        aims.append(
+            Narrowing(
+                subject=parameter.name,
+                mover=best.theta,
+                free=free,
+                half=np.inf if unfixed else half,
+                scale=max(abs(parameter.get(best.theta)), parameter.size),
+                unit=parameter.unit,
+                directions=axes,
+                sums=axes[k : k + 1] * parameter.size,
+                normal=normal,
+            )
+        )
+    return aims
 
 
 def is_fitted_to_positions(name: str) -> bool:

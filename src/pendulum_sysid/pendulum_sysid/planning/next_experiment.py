@@ -1,15 +1,16 @@
-"""What to play next on a rig: the plan that parts tied effects best, or narrows wide intervals.
+"""What to play next on a rig: the plan that parts tied effects best, or narrows intervals.
 
 For tied twins: the plan whose recording leaves most of their difference after each has followed
 the other as far as its parameters allow (T-optimal: Atkinson and Fedorov, Biometrika 62 (1975)
-57). For intervals: the plan that adds most information about the worst-known parameter to the
-recordings at hand (Goodwin and Payne, Dynamic System Identification (1977), chapter 6).
+57). For intervals, and the bands of measured laws: the plan that adds most information about the
+worst-known of them to the recordings at hand (Goodwin and Payne, Dynamic System Identification
+(1977), chapter 6).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from pendulum_sysid import decisions
 from pendulum_sysid.errors import WrongUse
@@ -17,8 +18,10 @@ from pendulum_sysid.finding.separation import Tie, compute_naming_threshold
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.planning.aims import Aim, Narrowing, Parting, list_narrowings, make_partings
 from pendulum_sysid.planning.growing_plan import SHORTEST_S, GrownPlan, grow_plan
+from pendulum_sysid.planning.law_aims import list_band_narrowings
 from pendulum_sysid.planning.next_sentences import (
     LOCKED,
+    NO_LAW,
     NO_ROOM,
     NOTHING_TIED,
     describe_hopeless,
@@ -43,32 +46,34 @@ def plan_next_experiment(
     goal: str | None = None,
     seconds: float = SECONDS,
     seed: int = 0,
+    bands: Mapping[str, float] | None = None,
 ) -> Next:
     """Return the next experiment after a diagnosis.
 
     best: the fit that the diagnosis ended with.
     ties: effects that it could not part, see `identifiability.find_ties`.
-    goal: "tie", "interval", or None for the first of the two that there is.
+    goal: "tie", "interval", "law", or None for what is tied, or else for wide intervals and bands.
     seconds: length of the plan.
     seed: draws what is random in a plan; the same inputs and seed give the same plan.
+    bands: measured law of the fit -> mean half width of its band, in the unit of its values.
 
     Raises WrongUse for a plan too short for a push, a phase and a rest.
     """
     check_seconds(seconds)
     never = [describe_never_parted(tie) for tie in ties if tie.by_no_motion]
-    tied = [] if goal == "interval" else _list_partings(case, split, best, ties)
+    tied = _list_partings(case, split, best, ties) if goal in (None, "tie") else []
     parting = (
         _plan_for(case, best, tied, seconds, seed, never) if tied else Next(None, " ".join(never))
     )
     if parting.plan is not None or goal == "tie":
         return parting if parting.why else Next(None, NOTHING_TIED)
-    wide = list_narrowings(case, split, best, 0.0 if goal else decisions.WIDE_INTERVAL)[
-        : 1 if goal else decisions.MOST_PLANNED_FOR
-    ]
+    wide = _list_wide(case, split, best, bands or {}, goal)
     if wide:
         said = [parting.why] if parting.why else []
         narrowing = _plan_for(case, best, wide, seconds, seed, said)
         return parting if tied and narrowing.plan is None else narrowing
+    if goal == "law":
+        return Next(None, NO_LAW)
     return Next(None, parting.why if tied else " ".join([*never, describe_nothing_to_ask(best)]))
 
 
@@ -128,6 +133,21 @@ def _list_partings(case: Case, split: Split, best: Fit, ties: Sequence[Tie]) -> 
         for tie in closest[: decisions.MOST_PLANNED_FOR]
         for aim in make_partings(case, split, best, tie)
     ]
+
+
+def _list_wide(
+    case: Case, split: Split, best: Fit, bands: Mapping[str, float], goal: str | None
+) -> list[Narrowing]:
+    """Return the intervals and bands that are wider than a share of their value, widest first.
+
+    With a goal: the widest of them.
+    """
+    aims = [] if goal == "law" else list_narrowings(case, split, best)
+    if goal != "interval":
+        aims += list_band_narrowings(case, split, best, bands)
+    at_least, most = (0.0, 1) if goal else (decisions.WIDE_INTERVAL, decisions.MOST_PLANNED_FOR)
+    wide = [aim for aim in aims if aim.half > at_least * aim.scale]
+    return sorted(wide, key=lambda aim: aim.half / aim.scale, reverse=True)[:most]
 
 
 def _explain_plan(

@@ -16,6 +16,7 @@ LOCKED = (
     "longer."
 )
 NOTHING_TIED = "Nothing that motion could part is tied on this recording."
+NO_LAW = "No measured law of this diagnosis is known better from what is played."
 NO_ROOM = "No phase of a plan keeps the cart on the rail and within safe speeds."
 
 
@@ -61,14 +62,14 @@ def describe_partings(aims: Sequence[Aim], ratings: Sequence[float], needed: flo
 
 def describe_narrowing(aim: Narrowing, normal: Floats) -> str:
     """Return the sentence on an interval, now and with the normal matrix of all recordings."""
-    unit = aim.free[aim.number].unit
-    unit = "" if unit == "1" else unit
+    unit = "" if aim.unit == "1" else aim.unit
+    mean = " on average" if len(aim.sums) > 1 else ""
     unfixed = aim.half == float("inf")
     now = "not fixed at all" if unfixed else f"known to +-{aim.half:.2g} {unit}".strip()
     expected = aim.predict_half_width(normal)
     little = ", so play it several times" if expected > decisions.INTERVAL_SHARE * aim.half else ""
-    plan = f"{aim.subject} is {now}; with this plan's recording +-{expected:.2g} {unit}".strip()
-    return f"{plan} is expected{little}."
+    plan = f"{aim.subject} is {now}{mean}; with this plan's recording +-{expected:.2g} {unit}"
+    return f"{plan.strip()} is expected{little}."
 
 
 def describe_unfixed(subject: str, seconds: float) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from reprlib import repr as shown
+from statistics import fmean
 from typing import Any
 
 from pendulum_sysid.errors import FileError, UnusableRecording, WrongUse
@@ -29,12 +30,14 @@ class EarlierVerdict:
     rivals: effect -> the effects that it could not be told from.
     digests: of its recordings; empty where the file names none.
     intervals: "key" of a constant or "effect.parameter" -> its 95 % interval.
+    bands: measured law -> mean half width of its 95 % band.
     """
 
     twin: Twin
     rivals: dict[str, tuple[str, ...]]
     digests: frozenset[str] = frozenset()
     intervals: dict[str, tuple[float, float]] = field(default_factory=dict)
+    bands: dict[str, float] = field(default_factory=dict)
 
     @property
     def effects(self) -> tuple[str, ...]:
@@ -63,7 +66,7 @@ def read_verdict(path: Path) -> EarlierVerdict:
     twin = load_twin(path.parent / "twin.yaml")
     if mapping["outcome"] == Outcome.AMBIGUOUS.value:
         twin = replace(twin, measured_laws={})
-    return EarlierVerdict(twin, rivals, digests, _read_intervals(mapping))
+    return EarlierVerdict(twin, rivals, digests, _read_intervals(mapping), _read_bands(mapping))
 
 
 def check_recordings(path: Path, earlier: EarlierVerdict, digests: Iterable[str]) -> None:
@@ -98,6 +101,18 @@ def _read_intervals(mapping: dict[str, Any]) -> dict[str, tuple[float, float]]:
             low, high = (float(e) if isinstance(e, int | float) else math.nan for e in ends)
             intervals[f"{prefix}{name}"] = (low, high)
     return intervals
+
+
+def _read_bands(mapping: dict[str, Any]) -> dict[str, float]:
+    """Return law -> mean half width of its band, of the laws that the verdict tells whole."""
+    bands = {}
+    for entry in _as_list(mapping.get("measured_laws")):
+        if isinstance(entry, dict) and isinstance(entry.get("law"), str):
+            low, high = (_as_list(entry.get(end)) for end in ("low", "high"))
+            are_numbers = all(isinstance(value, int | float) for value in (*low, *high))
+            if low and len(low) == len(high) and are_numbers:
+                bands[entry["law"]] = 0.5 * fmean(b - a for a, b in zip(low, high, strict=True))
+    return bands
 
 
 def _as_list(entries: object) -> list[Any]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.detectors import Reading
 from pendulum_sysid.finding.localisation.shape_check import Misfit
@@ -37,7 +39,6 @@ class Findings:
     floor: what a perfect model reaches on this recording; None where that cannot be measured.
     coming: plan of the next experiment.
     misfits: named effects whose law does not have the shape that is seen; no misfit numbers.
-    outweighed: True if a single missing force is larger than all that the named effects explain.
     learned_misfit: of the final fit over windows of full length, their start states fitted.
     held_out_misfit: the same of the windows that are left out.
     law_misfits: both of the fit with measured laws; None without laws.
@@ -65,7 +66,6 @@ class Findings:
     floor: NoiseFloor | None
     coming: Next
     misfits: tuple[Misfit, ...] = ()
-    outweighed: bool = False
     learned_misfit: float = 1.0
     held_out_misfit: float = 1.0
     law_misfits: tuple[float, float] | None = None
@@ -86,6 +86,11 @@ class Findings:
         return self.with_laws or self.best
 
     @property
+    def bands(self) -> dict[str, float]:
+        """Return measured law -> mean half width of its band, in the unit of its values."""
+        return {law.curve.kind.name: float(np.mean(law.band)) for law in self.laws}
+
+    @property
     def whole_misfits(self) -> tuple[float, float]:
         """Return the misfits of the improved twin over whole windows, learned on and held out."""
         return self.law_misfits or (self.learned_misfit, self.held_out_misfit)
@@ -95,8 +100,7 @@ def decide_outcome(findings: Findings) -> Outcome:
     """Return how the diagnosis ends: the first of these rules that holds.
 
     1. `not_in_catalogue`: a name does not have the shape of its law; or errors above the noise
-       remain, and the names explain too little of them or are outweighed by one missing force; or
-       the names explain too little while whole windows show more than noise.
+       remain, over windows or over whole windows, and the names explain too little of them.
     2. `ambiguous`: this recording cannot tell a named effect of the motion from another effect.
     3. `named`: an effect was found.
     4. `nothing_missing`.
@@ -116,9 +120,7 @@ def explains_too_little(findings: Findings) -> bool:
     """
     share = compute_explained_share(findings) if findings.named else 0.0
     little = share < decisions.LEAST_EXPLAINED_SHARE
-    return (is_above_noise(findings) and (little or findings.outweighed)) or (
-        little and is_slight(findings)
-    )
+    return little and (is_above_noise(findings) or is_slight(findings))
 
 
 def list_told(findings: Findings) -> tuple[Named, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -30,12 +30,16 @@ UNKNOWN = (np.nan, np.nan)  # ends of an interval that a verdict does not tell
 
 @dataclass(frozen=True)
 class Finished:
-    """Hold a recording's case and windows, the fit with all that is named, and what ties it."""
+    """Hold a recording's case and windows, the fit with all that is named, and what ties it.
+
+    bands: measured law of an earlier diagnosis -> mean half width of its band.
+    """
 
     case: Case
     split: Split
     best: Fit
     ties: tuple[Tie, ...]
+    bands: dict[str, float] = field(default_factory=dict)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -45,7 +49,13 @@ def run(arguments: argparse.Namespace) -> int:
     done = _finish(arguments)
     arguments.progress.report(Stage.PLANNING)
     planned = plan_next_experiment(
-        done.case, done.split, done.best, done.ties, arguments.goal, arguments.seconds
+        done.case,
+        done.split,
+        done.best,
+        done.ties,
+        arguments.goal,
+        arguments.seconds,
+        bands=done.bands,
     )
     file = None
     if planned.plan is not None:
@@ -80,7 +90,8 @@ def _finish(arguments: argparse.Namespace) -> Finished:
         case, windows = settle_commands(case, windows, earlier.effects, theta)
         near = fit(case, windows, earlier.effects, theta, HORIZONS[0])
         best = take_intervals(fit_over_horizon(case, windows, near, HORIZONS[-1]), earlier)
-        return Finished(case, windows, best, find_ties(case, windows, best, earlier.rivals))
+        ties = find_ties(case, windows, best, earlier.rivals)
+        return Finished(case, windows, best, ties, earlier.bands)
     case, windows, answer = search_settled(case, windows, arguments.progress.report)
     return Finished(case, windows, answer.best, answer.ties)
 

@@ -176,10 +176,13 @@ def _add_next(verbs: Verbs) -> None:
         "diagnose them now)"
     )
     verb.add_argument("--verdict", type=Path, metavar="DIR/verdict.json", help=verdict)
-    goal = "part what is tied, or narrow the widest interval (default: whichever there is)"
+    goal = (
+        "part what is tied, or narrow the widest interval or the widest band of a measured law "
+        "(default: whichever there is)"
+    )
     repeat = "play the plan twice, with a rest between: shows how much of the error comes again"
     verb.add_argument("--repeat", action="store_true", help=repeat)
-    verb.add_argument("--for", dest="goal", choices=("tie", "interval"), help=goal)
+    verb.add_argument("--for", dest="goal", choices=("tie", "interval", "law"), help=goal)
     verb.add_argument(
         "--seconds",
         type=read_seconds,

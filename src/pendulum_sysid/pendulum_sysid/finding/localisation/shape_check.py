@@ -24,7 +24,6 @@ from pendulum_sysid.finding.localisation.balance import (
     compute_motion,
     compute_sharp_accelerations,
     make_balance,
-    make_balances,
 )
 from pendulum_sysid.finding.localisation.explain import explain, is_more_than_chance
 from pendulum_sysid.finding.localisation.inspection import list_questions, make_tables
@@ -73,13 +72,11 @@ class Remainder:
 
     table: of all questions.
     gains: key -> power that the question would take away.
-    before: power beyond noise that was missing with parameters alone.
     left: power that is missing now, noise included.
     """
 
     table: Table
     gains: dict[str, float]
-    before: float
     left: float
 
     @property
@@ -97,26 +94,22 @@ class Remainder:
         return is_more_than_chance(self.table, key)
 
 
-def measure_remainders(
-    case: Case, fit: Fit, base: Fit, tables: Sequence[Table] = ()
-) -> list[Remainder]:
+def measure_remainders(case: Case, fit: Fit, tables: Sequence[Table] = ()) -> list[Remainder]:
     """Return what is left of each equation under a fit.
 
-    base: the fit of parameters alone.
     tables: of the fit, seen through its own twin; none where they are not made yet.
     """
-    case, unfiltered, remainders = thin_out(case), _take_out_static_filters(fit.theta), []
+    case, unfiltered = thin_out(case), _take_out_static_filters(fit.theta)
     if not tables or not np.array_equal(unfiltered, fit.theta):
         tables = make_tables(case, fit.theta, unfiltered)
-    first = {balance.equation: Table(balance, []) for balance in make_balances(case, base.theta)}
-    for table in tables:
-        balance = table.balance
-        if balance.equation not in first:
-            continue
-        own, gains = max(balance.size**2, 1e-300), _compute_gains(table)
-        before = max(first[balance.equation].compute_loss(()) - balance.noise**2, 0.0) / own
-        remainders.append(Remainder(table, gains, before, table.compute_loss(()) / own))
-    return remainders
+    return [
+        Remainder(
+            table,
+            _compute_gains(table),
+            table.compute_loss(()) / max(table.balance.size**2, 1e-300),
+        )
+        for table in tables
+    ]
 
 
 def _compute_gains(table: Table) -> dict[str, float]:
@@ -337,14 +330,3 @@ def _find_own_variables(
     )
     keys = explain(table) or (min(table.questions, key=lambda key: table.compute_loss((key,))),)
     return frozenset(token for key in keys for token in table.questions[key].variable.split("*"))
-
-
-def is_outweighed(remainders: Sequence[Remainder]) -> bool:
-    """Return whether a single missing force is larger than all that was explained.
-
-    Both equations count together.
-    """
-    explained = max(sum(r.before - max(r.left - r.noise, 0.0) for r in remainders), 0.0)
-    return decisions.CHECK_OUTWEIGHED and any(
-        r.gains[r.best] > explained and r.is_sure(r.best) for r in remainders
-    )

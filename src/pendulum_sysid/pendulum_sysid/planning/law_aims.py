@@ -1,0 +1,107 @@
+"""The aims to narrow the bands of measured laws.
+
+The values of a law move as its prior lets them: along the draws of the Gaussian process under
+which the recording is likeliest (`measuring.smoothness`). The prior counts once, and the plan's
+recording adds its information to that of the recordings at hand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from pendulum_sysid.finding.separation import compute_columns, pick_deciding_windows
+from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.measuring.curve import Curve, list_curves
+from pendulum_sysid.measuring.penalised_fit import list_all_free, list_parts
+from pendulum_sysid.measuring.smoothness import choose_smoothness, eliminate, make_covariance
+from pendulum_sysid.planning.aims import Narrowing
+from pendulum_sysid.records import Fit, Split
+from pendulum_twin.arrays import Floats
+from pendulum_twin.laws.kind import Variable
+from pendulum_twin.laws.law import evaluate_law
+from pendulum_twin.parameter_vector import get_laws
+
+GAUGED = 1e-4  # of the largest variance, below which a direction of the prior is held at 0
+
+
+def list_band_narrowings(
+    case: Case, split: Split, best: Fit, bands: Mapping[str, float]
+) -> list[Narrowing]:
+    """Return an aim a measured law of a fit, but for laws over time.
+
+    A law over time is known better from a longer recording, whatever is played.
+
+    bands: law -> mean half width of its band now, in the unit of its values; the other laws of
+        the twin are as they are given.
+    """
+    theta = best.theta.copy()
+    curves = _lay_curves(case, best.effects, theta, bands)
+    if not curves:
+        return []
+    free = list_all_free(case, best.effects, theta, curves)
+    windows, weight = pick_deciding_windows(case.state, split, best.pieces)
+    normal = compute_columns(case.problem(windows), theta, free, best.power / weight).normal
+    parts = list_parts(len(free), curves)
+    own = parts[0].start
+    draws = [
+        _draw_prior(curve, normal, part, curve.get_values(theta) / curve.size)
+        for curve, part in zip(curves, parts, strict=True)
+    ]
+    directions = block_diag(np.eye(own), *draws)
+    drawn = np.arange(directions.shape[1]) >= own
+    seen = directions.T @ normal @ directions + np.diag(drawn.astype(float))
+    return [
+        Narrowing(
+            subject=curve.kind.name,
+            mover=theta,
+            free=free,
+            half=bands[curve.kind.name],
+            scale=float(np.sqrt(np.mean(curve.get_values(theta) ** 2))),
+            unit=curve.kind.quantity.unit,
+            directions=directions,
+            sums=directions[part] * curve.size,
+            normal=seen,
+        )
+        for curve, part in zip(curves, parts, strict=True)
+    ]
+
+
+def _lay_curves(
+    case: Case, effects: tuple[str, ...], theta: Floats, bands: Mapping[str, float]
+) -> tuple[Curve, ...]:
+    """Return the curves of theta (SIZE,) that have bands; theta gets their values at fewer knots.
+
+    A formula is drawn over many knots; the knots of a curve show where runs depend on it.
+    """
+    laws = get_laws(theta)
+    curves = []
+    for curve in list_curves(case, theta, effects):
+        law, kind = laws.get(curve.kind.name), curve.kind
+        if law is None or kind.name not in bands or kind.variable is Variable.TIME:
+            continue
+        if kind.remembers:  # its values are elements, and no curve
+            curves.append(replace(curve, knots=np.array(law.knots)))
+            continue
+        curve.put(theta, np.maximum(evaluate_law(kind, law, curve.knots), curve.low))
+        curves.append(curve)
+    return tuple(curves)
+
+
+def _draw_prior(curve: Curve, normal: Floats, part: slice, values: Floats) -> Floats:
+    """Return draws (knots, directions) of unit size of the values of a law, in typical sizes.
+
+    normal: of all parameters, in their sizes.
+    part: place of the values (knots,) among them.
+    """
+    count = len(values)
+    order = np.concatenate([np.delete(np.arange(len(normal)), part), np.arange(len(normal))[part]])
+    turned = normal[np.ix_(order, order)]
+    matrix, gradient = eliminate(turned, turned[:, -count:] @ values, count)
+    prior = choose_smoothness(curve, matrix, gradient, 1.0)
+    variances, along = np.linalg.eigh(make_covariance(curve, prior.length))
+    moves = variances > GAUGED * variances.max()
+    return np.asarray(prior.size * along[:, moves] * np.sqrt(variances[moves]))
