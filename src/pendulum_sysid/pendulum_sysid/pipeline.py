@@ -10,6 +10,7 @@ from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.joining import join_recordings
 from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.finding.cancellation import list_cancelled
+from pendulum_sysid.finding.changed_rig import find_change, take_changed_rig
 from pendulum_sysid.finding.detectors import Use, read_effects
 from pendulum_sysid.finding.environments import measure_steadiness
 from pendulum_sysid.finding.given_twin import (
@@ -41,7 +42,7 @@ from pendulum_sysid.fitting.blas_threads import use_one_blas_thread
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.latent_force import measure_latent_force
 from pendulum_sysid.fitting.noise_floor import is_at_noise, measure_noise_floor
-from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
+from pendulum_sysid.fitting.window_runs import run_parts, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
 from pendulum_sysid.measuring.law_bands import widen_bands
 from pendulum_sysid.measuring.law_parts import give_parts_back
@@ -159,6 +160,10 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
     if given_stays:
         answer = take_given_twin(case, split, answer)
         after = run_parts(replace(case, twin=answer.best.twin), split)
+    change = find_change(case, split, answer.base, answer.best)
+    if change is not None:
+        answer = take_changed_rig(answer, change)
+        after = run_parts(replace(case, twin=answer.best.twin), split)
     base, best = answer.base, answer.best
     names = [named.effect for named in answer.named]
     windows = cut_windows(case.signals, case.state, WINDOW_S)
@@ -184,6 +189,7 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
         held_out_misfit=held_out_misfit,
         given_stays=given_stays,
         base_runs=base_runs,
+        change=change,
     )
     if decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE:
         return replace(findings, certain=read_effects(case, base.theta, Use.CERTAIN))
@@ -201,7 +207,8 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findin
     error: they follow what is random.
     """
     unnamed = decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE
-    if not (decisions.MEASURE_LAWS and (unnamed or is_above_noise(findings))):
+    rest = (unnamed or is_above_noise(findings)) and findings.change is None
+    if not (decisions.MEASURE_LAWS and rest):
         return findings
     case = findings.case
     progress(Stage.LAWS)
@@ -340,9 +347,3 @@ def ask_shapes_again(
         )
     )
     return (*kept, *(misfit for misfit in misfits if misfit.effect not in before))
-
-
-def run_parts(case: Case, split: Split) -> dict[str, WindowRuns]:
-    """Return the free runs of the case's twin, keyed as the windows of the split."""
-    parts = {"train": split.train, "learn": split.learn, "held_out": split.held_out}
-    return {name: run_windows(case, windows) for name, windows in parts.items()}

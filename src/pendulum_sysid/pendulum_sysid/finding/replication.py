@@ -127,21 +127,24 @@ def divide_recordings(case: Case, split: Split, fit: Fit) -> list[Ints]:
     """Return the parts in which effects are asked for again, as rows of the fit's windows.
 
     Each recording is a part, for what its own day or plan brings cannot be found again in another.
-    More recordings than parts are thirds of the recordings; a single recording is thirds of its
-    time.
+    A single recording is thirds of its time.
     """
-    signals, most = case.signals, decisions.REPLICATION_PARTS
-    if signals.after_s is None:
-        of_window = np.zeros(len(split.learn))
-    else:
-        stretch = np.searchsorted(signals.stretch_begins, split.learn.begin, side="right") - 1
-        of_window = np.round(np.array(signals.after_s)[stretch] / signals.period_s)
-    recordings = np.unique(of_window)
-    groups = np.array_split(recordings, min(len(recordings), most))
-    wholes = [np.flatnonzero(np.isin(of_window, group)) for group in groups]
+    wholes = group_recordings(case, split)
     if len(wholes) == 1:
-        wholes = np.array_split(wholes[0], min(most, len(wholes[0])))
+        wholes = np.array_split(wholes[0], min(decisions.REPLICATION_PARTS, len(wholes[0])))
     return [list_pieces(whole, fit.pieces) for whole in wholes]
+
+
+def group_recordings(case: Case, split: Split) -> list[Ints]:
+    """Return the learning windows of each recording, or of thirds of many recordings."""
+    signals = case.signals
+    if signals.after_s is None:
+        return [np.arange(len(split.learn))]
+    stretch = np.searchsorted(signals.stretch_begins, split.learn.begin, side="right") - 1
+    of_window = np.round(np.array(signals.after_s)[stretch] / signals.period_s)
+    recordings = np.unique(of_window)
+    groups = np.array_split(recordings, min(len(recordings), decisions.REPLICATION_PARTS))
+    return [np.flatnonzero(np.isin(of_window, group)) for group in groups]
 
 
 def _count_shown(neutral: float, value: float, parts: BlockEstimates) -> Replication:

@@ -8,7 +8,7 @@ import numpy as np
 
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.windows import gather, list_channels
-from pendulum_sysid.records import Windows
+from pendulum_sysid.records import Split, Windows
 from pendulum_twin.arrays import Floats
 from pendulum_twin.free_runs import run_freely
 from pendulum_twin.parameter_vector import make_theta
@@ -106,3 +106,9 @@ def run_windows(case: Case, windows: Windows) -> WindowRuns:
         counts=counts,
         noise=case.noise,
     )
+
+
+def run_parts(case: Case, split: Split) -> dict[str, WindowRuns]:
+    """Return the free runs of the case's twin, keyed as the windows of the split."""
+    parts = {"train": split.train, "learn": split.learn, "held_out": split.held_out}
+    return {name: run_windows(case, windows) for name, windows in parts.items()}

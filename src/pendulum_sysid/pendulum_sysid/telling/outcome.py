@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pendulum_sysid import decisions
+from pendulum_sysid.finding.changed_rig import ChangedRig
 from pendulum_sysid.finding.detectors import Reading
 from pendulum_sysid.finding.localisation.shape_check import Misfit
 from pendulum_sysid.finding.search import Named
@@ -53,6 +54,7 @@ class Findings:
     given_stays: True where no other twin runs left-out windows better for sure: the improved twin
         is the given twin then.
     base_runs: free runs of the constants alone, over windows one after another; None if not asked.
+    change: how the rig changed between its recordings; None where nothing says so.
     """
 
     case: Case
@@ -79,6 +81,7 @@ class Findings:
     wandering: LatentForce | None = None
     given_stays: bool = False
     base_runs: WindowRuns | None = None
+    change: ChangedRig | None = None
 
     @property
     def final(self) -> Fit:

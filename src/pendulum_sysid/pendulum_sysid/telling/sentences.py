@@ -9,6 +9,7 @@ from pendulum_sysid.finding.search import Named
 from pendulum_sysid.fitting.parameters import list_rig_parameters
 from pendulum_sysid.measuring.repeatability import Repeatability
 from pendulum_sysid.records import Fit, Outcome
+from pendulum_sysid.telling.changed_rig_text import describe_change
 from pendulum_sysid.telling.events import Events
 from pendulum_sysid.telling.given_values import describe_changed
 from pendulum_sysid.telling.law_text import write_sentence
@@ -49,6 +50,10 @@ def write_answer(
     certain = "".join(f" {effect.sentence} This part is certain." for effect in steady)
     if events is not None:
         return f"{events.sentence}; {errors}.{certain}"
+    if findings.change is not None:
+        known = [describe_effect(effect.effect, findings.final) for effect in named]
+        change = describe_change(findings.change, findings.case.twin)
+        return " ".join([change, *known, f"With one twin for all, {errors}."])
     if is_unlike(findings):
         closest, random = _describe_closest(named, findings), describe_random(findings)
         return f"{_describe_unlike(findings)}; {errors}.{closest}{random}"

@@ -79,7 +79,7 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
     """Return the verdict on a recording that could be used."""
     outcome, closest = decide_outcome(findings), list_told(findings)
     events = list_events(findings)
-    unlike_rig = is_unlike(findings) and events is None
+    unlike_rig = is_unlike(findings) and events is None and findings.change is None
     remains = is_unlike(findings) or is_unexplained(findings)
     if unlike_rig or (outcome is Outcome.NOTHING_MISSING and remains):
         outcome = Outcome.NOT_IN_CATALOGUE  # far above the noise, and no effect was found for it

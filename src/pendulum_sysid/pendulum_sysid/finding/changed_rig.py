@@ -1,0 +1,140 @@
+"""Ask whether the rig changed between its recordings.
+
+A load that was put on, or a belt that was tightened, between two recordings is no physics that the
+twin lacks: each recording by itself is explained, with other constants. Together they leave errors
+that look like a wrong clock, like a drag at a place, or like nothing that has a name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pendulum_sysid import decisions
+from pendulum_sysid.finding.replication import group_recordings, widen_intervals
+from pendulum_sysid.finding.search import Answer
+from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.fitting.fit import fit
+from pendulum_sysid.fitting.parameters import list_free_parameters
+from pendulum_sysid.fitting.split import PATTERN
+from pendulum_sysid.records import Estimate, Fit, Split
+from pendulum_twin.arrays import Ints
+
+
+@dataclass(frozen=True)
+class SizeByPart:
+    """Hold a parameter as each part of the recordings has it.
+
+    name: "key" of a constant or "effect.parameter".
+    unit: of the values.
+    typical: magnitude of the value, or its typical size where the value is smaller.
+    estimates: of each part, in order of time.
+    """
+
+    name: str
+    unit: str
+    typical: float
+    estimates: tuple[Estimate, ...]
+
+    @property
+    def known(self) -> list[Estimate]:
+        """Return the estimates of the parts that fix the parameter."""
+        return [estimate for estimate in self.estimates if estimate.identifiable]
+
+    @property
+    def is_changed(self) -> bool:
+        """Return whether intervals of two parts exclude each other."""
+        known = self.known
+        return len(known) > 1 and max(e.low for e in known) > min(e.high for e in known)
+
+    @property
+    def difference(self) -> float:
+        """Return the largest difference of two parts, as a share of the typical size."""
+        return float(np.ptp([e.value for e in self.known]) / self.typical)
+
+
+@dataclass(frozen=True)
+class ChangedRig:
+    """Hold how a rig changed between its recordings.
+
+    begins_s: time at which each part of the recordings begins, s.
+    effects: with which each part is fitted by itself.
+    misfit: of the parts by themselves, in units of noise.
+    together: misfit of the fit to all recordings, in units of noise.
+    sizes: of all parameters, rig and effects.
+    """
+
+    begins_s: tuple[float, ...]
+    effects: tuple[str, ...]
+    misfit: float
+    together: float
+    sizes: tuple[SizeByPart, ...]
+
+    @property
+    def changed(self) -> list[SizeByPart]:
+        """Return what surely differs, the largest difference first."""
+        changed = [size for size in self.sizes if size.is_changed]
+        return sorted(changed, key=lambda size: size.difference, reverse=True)
+
+
+def find_change(case: Case, split: Split, base: Fit, best: Fit) -> ChangedRig | None:
+    """Return how the rig changed between its recordings; None where nothing says that it did.
+
+    Where errors above the noise remain, each part of the recordings is fitted by itself, with the
+    constants alone, and with all effects. The rig changed if every part by itself ends at the
+    noise, and intervals of a parameter exclude each other.
+
+    base, best: the fits to all recordings, with the constants alone and with all effects.
+    """
+    parts = group_recordings(case, split)
+    enough = len(parts) > 1 and min(len(part) for part in parts) >= len(PATTERN)
+    if best.choose <= decisions.MISFIT_AT_NOISE or not enough:
+        return None
+    for together in (base, best):
+        fits = [_fit_part(case, split, together, part) for part in parts]
+        misfit = max(own.choose for own in fits)
+        if misfit <= decisions.MISFIT_AT_NOISE:
+            sizes = _list_sizes(case, together, fits)
+            begins = [split.learn.begin[part[0]] for part in parts]
+            begins_s = tuple(case.signals.times_s[begins].tolist())
+            change = ChangedRig(begins_s, together.effects, misfit, best.choose, sizes)
+            return change if change.changed else None
+    return None
+
+
+def take_changed_rig(answer: Answer, change: ChangedRig) -> Answer:
+    """Return the answer without the names that the parts by themselves do without.
+
+    The interval of every size that changed holds those of all parts.
+    """
+    if change.effects == answer.base.effects:
+        named = tuple(effect for effect in answer.named if effect.effect in change.effects)
+        answer = replace(answer, best=answer.base, named=named, perhaps=(), ties=())
+    estimates = dict(answer.best.estimates)
+    for size in change.changed:
+        every = (estimates[size.name], *size.known)
+        low, high = min(e.low for e in every), max(e.high for e in every)
+        estimates[size.name] = replace(every[0], low=low, high=high)
+    return replace(answer, best=replace(answer.best, estimates=estimates))
+
+
+def _fit_part(case: Case, split: Split, together: Fit, part: Ints) -> Fit:
+    """Return the fit to the learning windows of a part alone, its intervals as widened as any."""
+    windows = split.learn
+    own = Split(windows.pick(part), windows.pick(part[:0]), split.held_out)
+    alone = fit(case, own, together.effects, together.theta, together.pieces)
+    return widen_intervals(case, own, alone)
+
+
+def _list_sizes(case: Case, together: Fit, fits: Sequence[Fit]) -> tuple[SizeByPart, ...]:
+    return tuple(
+        SizeByPart(
+            free.name,
+            free.unit,
+            max(free.size, abs(free.get(together.theta))),
+            tuple(own.estimates[free.name] for own in fits),
+        )
+        for free in list_free_parameters(case.twin, together.effects, case.scales)
+    )

@@ -1,0 +1,57 @@
+"""A rig that changed between its recordings is told as such, and gets no name for the change."""
+
+from dataclasses import replace
+
+from support.made_recordings import INTECO, made
+from support.tied_recordings import RIG
+
+from pendulum_sysid.pipeline import diagnose
+from pendulum_sysid.records import Outcome
+from pendulum_sysid.verdict.record import Verdict
+from pendulum_twin.effects.load_put_on import put_load_on
+from pendulum_twin.model import Twin
+from pendulum_twin.rig import Rig
+
+DRY = {"cart_coulomb_friction": {"level_n": 0.4}}
+LOADED = put_load_on(RIG, 0.17, 0.0)
+TIGHT = replace(RIG, cart_viscous_n_s_m=3.15)
+
+
+def diagnose_pair(first: Rig, second: Rig, effects: dict[str, dict[str, float]]) -> Verdict:
+    recordings = [
+        made(Twin("made", rig, effects), 20.0, 0.25, seed)
+        for seed, rig in enumerate((first, second))
+    ]
+    return diagnose(recordings, INTECO, lambda line: None)
+
+
+def test_a_load_put_on_between_recordings_has_its_size() -> None:
+    verdict = diagnose_pair(RIG, LOADED, {})
+    assert verdict.outcome is Outcome.NOT_IN_CATALOGUE and not verdict.unlike_rig
+    assert not verdict.missing_physics and not verdict.measured_laws and not verdict.perhaps
+    assert verdict.sentence.startswith("The rig changed between the recordings: each by itself")
+    assert "All constants change by the same factor" in verdict.sentence
+    assert "a load of 0.17 kg is put on the cart" in verdict.sentence
+    force = verdict.rig_parameters["force_per_pwm_n"]
+    loaded = RIG.force_per_pwm_n * RIG.total_mass_kg / LOADED.total_mass_kg
+    assert force.low < loaded < RIG.force_per_pwm_n < force.high
+
+
+def test_a_single_constant_that_changed_is_listed() -> None:
+    verdict = diagnose_pair(RIG, TIGHT, {})
+    assert not verdict.missing_physics and not verdict.perhaps
+    assert "from 0 s on and from 20 s on: cart_viscous_n_s_m 2.1" in verdict.sentence
+    assert "and 3.1" in verdict.sentence and "same factor" not in verdict.sentence
+
+
+def test_physics_that_both_recordings_need_is_no_change() -> None:
+    verdict = diagnose_pair(RIG, RIG, DRY)
+    assert verdict.outcome in (Outcome.NAMED, Outcome.AMBIGUOUS)
+    assert "changed between" not in verdict.sentence
+
+
+def test_a_change_beside_friction_is_told_too() -> None:
+    verdict = diagnose_pair(RIG, LOADED, DRY)
+    assert "The rig changed between the recordings" in verdict.sentence
+    allowed = {"cart_coulomb_friction", "cart_load_friction", "cart_stribeck_friction"}
+    assert {effect.effect for effect in verdict.missing_physics} <= allowed
