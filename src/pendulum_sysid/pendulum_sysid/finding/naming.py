@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -45,6 +45,7 @@ class Named:
         effect.
     is_of_pole: True where the pole steadily shows the effect by itself.
     is_rounding: True where the effect is no more than how the pole's encoder rounds.
+    rivals: fits with another effect in its place that do as well.
     """
 
     effect: str
@@ -57,6 +58,7 @@ class Named:
     is_cancelled: bool = False
     is_of_pole: bool = False
     is_rounding: bool = False
+    rivals: tuple[Fit, ...] = field(default=(), compare=False, repr=False)
 
     @property
     def is_lasting(self) -> bool:
@@ -91,7 +93,8 @@ def name_effects(
             named.append(Named(name, Lead(np.inf, np.inf)))
         elif pole is not None and name in pole.effects:
             shown = _exchange_and_compare(pole.search, pole.best, name)
-            named.append(replace(shown, is_of_pole=name in pole.steady))
+            # constants of the pole by itself are no constants of the rig: no rival's intervals
+            named.append(replace(shown, is_of_pole=name in pole.steady, rivals=()))
         else:
             named.append(_exchange_and_compare(search, best, name))
     return tuple(named)
@@ -106,15 +109,17 @@ def _exchange_and_compare(search: Search, best: Fit, name: str) -> Named:
         for proposal in propose(search.case, search.split, less)
         if not is_related(proposal.effect, name)
     ]
-    inseparable = []
+    inseparable, rivals = [], []
     for proposal in others[: decisions.RIVALS_REFITTED]:
         other = _fit_rival(search, best, less, name, proposal)
         as_good = is_needed(other, less, proposal.effect) and not compute_lead(best, other).is_real
         if as_good:
             inseparable.append(proposal.effect)
+            rivals.append(other)
         verdict = "as good as" if as_good else "worse than"
         search.journal.note(other, f"{verdict} {name} in its place")
-    return Named(name, compute_lead(best, less), tuple(inseparable))
+    lead = compute_lead(best, less)
+    return Named(name, lead, tuple(inseparable), rivals=tuple(rivals))
 
 
 def _fit_rival(search: Search, best: Fit, less: Fit, name: str, proposal: Proposal) -> Fit:

@@ -37,6 +37,7 @@ from pendulum_sysid.finding.signs import fit_parameters_alone
 from pendulum_sysid.finding.spoiled_windows import find_spoiled, leave_out, pick_windows
 from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.finding.subsets import find_subsets
+from pendulum_sysid.finding.tied_intervals import fit_rivals, hold_rivals
 from pendulum_sysid.finding.unnamed import widen_sizes
 from pendulum_sysid.finding.weights import WeighedSet, weigh_sets
 from pendulum_sysid.fitting.case import Case
@@ -110,6 +111,8 @@ def search_effects(case: Case, split: Split, report: Progress = report_nothing) 
     named = doubt_rounding(case, best, named)
     lasting = tuple(effect for effect in named if effect.is_lasting)
     perhaps = tuple(effect for effect in named if not effect.is_lasting)
+    lasting = fit_rivals(search, explanation.fit, lasting, ties)
+    best = hold_rivals(case, best, lasting)
     return Answer(base, best, lasting, perhaps, ties, sets, search.journal.trials)
 
 
