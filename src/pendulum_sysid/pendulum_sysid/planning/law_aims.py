@@ -22,24 +22,24 @@ from pendulum_sysid.planning.aims import Narrowing
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Floats
 from pendulum_twin.laws.kind import Variable
-from pendulum_twin.laws.law import evaluate_law
+from pendulum_twin.laws.law import evaluate_law, make_curve_matrix
 from pendulum_twin.parameter_vector import get_laws
 
 GAUGED = 1e-4  # of the largest variance, below which a direction of the prior is held at 0
 
 
 def list_band_narrowings(
-    case: Case, split: Split, best: Fit, bands: Mapping[str, float]
+    case: Case, split: Split, best: Fit, bands: Mapping[str, Floats]
 ) -> list[Narrowing]:
     """Return an aim a measured law of a fit, but for laws over time.
 
     A law over time is known better from a longer recording, whatever is played.
 
-    bands: law -> mean half width of its band now, in the unit of its values; the other laws of
-        the twin are as they are given.
+    bands: law -> (knots,) half widths of its band now, at the knots of the twin's law, in the unit
+        of its values; the other laws of the twin are as they are given.
     """
     theta = best.theta.copy()
-    curves = _lay_curves(case, best.effects, theta, bands)
+    curves, halves = _lay_curves(case, best.effects, theta, bands)
     if not curves:
         return []
     free = list_all_free(case, best.effects, theta, curves)
@@ -59,36 +59,41 @@ def list_band_narrowings(
             subject=curve.kind.name,
             mover=theta,
             free=free,
-            half=bands[curve.kind.name],
+            halves=band,
             scale=float(np.sqrt(np.mean(curve.get_values(theta) ** 2))),
             unit=curve.kind.quantity.unit,
             directions=directions,
             sums=directions[part] * curve.size,
             normal=seen,
         )
-        for curve, part in zip(curves, parts, strict=True)
+        for curve, part, band in zip(curves, parts, halves, strict=True)
     ]
 
 
 def _lay_curves(
-    case: Case, effects: tuple[str, ...], theta: Floats, bands: Mapping[str, float]
-) -> tuple[Curve, ...]:
-    """Return the curves of theta (SIZE,) that have bands; theta gets their values at fewer knots.
+    case: Case, effects: tuple[str, ...], theta: Floats, bands: Mapping[str, Floats]
+) -> tuple[tuple[Curve, ...], list[Floats]]:
+    """Return the curves of theta (SIZE,) that have bands, and the bands at the curves' knots.
 
-    A formula is drawn over many knots; the knots of a curve show where runs depend on it.
+    Theta gets the values at these knots, which show where runs depend on the curve: a formula is
+    drawn over many more.
     """
     laws = get_laws(theta)
-    curves = []
+    curves, halves = list[Curve](), list[Floats]()
     for curve in list_curves(case, theta, effects):
-        law, kind = laws.get(curve.kind.name), curve.kind
-        if law is None or kind.name not in bands or kind.variable is Variable.TIME:
+        kind = curve.kind
+        law, band = laws.get(kind.name), bands.get(kind.name, np.empty(0))
+        if law is None or len(band) != len(law.knots) or kind.variable is Variable.TIME:
             continue
+        knots = np.array(law.knots)
         if kind.remembers:  # its values are elements, and no curve
-            curves.append(replace(curve, knots=np.array(law.knots)))
+            curves.append(replace(curve, knots=knots))
+            halves.append(band)
             continue
         curve.put(theta, np.maximum(evaluate_law(kind, law, curve.knots), curve.low))
         curves.append(curve)
-    return tuple(curves)
+        halves.append(abs(make_curve_matrix(kind, knots, curve.knots) @ band))
+    return tuple(curves), halves
 
 
 def _draw_prior(curve: Curve, normal: Floats, part: slice, values: Floats) -> Floats:

@@ -32,6 +32,7 @@ from pendulum_sysid.planning.next_sentences import (
     describe_unfixed,
 )
 from pendulum_sysid.records import Fit, Next, Split
+from pendulum_twin.arrays import Floats
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.plans.waveforms import make_envelope
 
@@ -46,7 +47,7 @@ def plan_next_experiment(
     goal: str | None = None,
     seconds: float = SECONDS,
     seed: int = 0,
-    bands: Mapping[str, float] | None = None,
+    bands: Mapping[str, Floats] | None = None,
 ) -> Next:
     """Return the next experiment after a diagnosis.
 
@@ -55,7 +56,7 @@ def plan_next_experiment(
     goal: "tie", "interval", "law", or None for what is tied, or else for wide intervals and bands.
     seconds: length of the plan.
     seed: draws what is random in a plan; the same inputs and seed give the same plan.
-    bands: measured law of the fit -> mean half width of its band, in the unit of its values.
+    bands: measured law of the fit -> (knots,) half widths of its band, in the unit of its values.
 
     Raises WrongUse for a plan too short for a push, a phase and a rest.
     """
@@ -136,7 +137,7 @@ def _list_partings(case: Case, split: Split, best: Fit, ties: Sequence[Tie]) -> 
 
 
 def _list_wide(
-    case: Case, split: Split, best: Fit, bands: Mapping[str, float], goal: str | None
+    case: Case, split: Split, best: Fit, bands: Mapping[str, Floats], goal: str | None
 ) -> list[Narrowing]:
     """Return the intervals and bands that are wider than a share of their value, widest first.
 

@@ -7,11 +7,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from reprlib import repr as shown
-from statistics import fmean
 from typing import Any
+
+import numpy as np
 
 from pendulum_sysid.errors import FileError, UnusableRecording, WrongUse
 from pendulum_sysid.records import Outcome
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Form
 from pendulum_twin.files import read_json_object
@@ -30,14 +32,14 @@ class EarlierVerdict:
     rivals: effect -> the effects that it could not be told from.
     digests: of its recordings; empty where the file names none.
     intervals: "key" of a constant or "effect.parameter" -> its 95 % interval.
-    bands: measured law -> mean half width of its 95 % band.
+    bands: measured law -> (knots,) half widths of its 95 % band.
     """
 
     twin: Twin
     rivals: dict[str, tuple[str, ...]]
     digests: frozenset[str] = frozenset()
     intervals: dict[str, tuple[float, float]] = field(default_factory=dict)
-    bands: dict[str, float] = field(default_factory=dict)
+    bands: dict[str, Floats] = field(default_factory=dict)
 
     @property
     def effects(self) -> tuple[str, ...]:
@@ -103,15 +105,15 @@ def _read_intervals(mapping: dict[str, Any]) -> dict[str, tuple[float, float]]:
     return intervals
 
 
-def _read_bands(mapping: dict[str, Any]) -> dict[str, float]:
-    """Return law -> mean half width of its band, of the laws that the verdict tells whole."""
+def _read_bands(mapping: dict[str, Any]) -> dict[str, Floats]:
+    """Return law -> (knots,) half widths of its band, of the laws that the verdict tells whole."""
     bands = {}
     for entry in _as_list(mapping.get("measured_laws")):
         if isinstance(entry, dict) and isinstance(entry.get("law"), str):
             low, high = (_as_list(entry.get(end)) for end in ("low", "high"))
             are_numbers = all(isinstance(value, int | float) for value in (*low, *high))
             if low and len(low) == len(high) and are_numbers:
-                bands[entry["law"]] = 0.5 * fmean(b - a for a, b in zip(low, high, strict=True))
+                bands[entry["law"]] = 0.5 * (np.array(high, float) - np.array(low, float))
     return bands
 
 

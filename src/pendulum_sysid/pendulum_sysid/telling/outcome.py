@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.changed_rig import ChangedRig
 from pendulum_sysid.finding.detectors import Reading
@@ -21,6 +19,7 @@ from pendulum_sysid.fitting.window_runs import WindowRuns
 from pendulum_sysid.measuring.naming import NamedCurve
 from pendulum_sysid.measuring.repeatability import Repeatability
 from pendulum_sysid.records import Fit, Localisation, Next, Outcome
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME, CATALOGUE
 from pendulum_twin.effects.effect import Form, Place
 
@@ -89,9 +88,9 @@ class Findings:
         return self.with_laws or self.best
 
     @property
-    def bands(self) -> dict[str, float]:
-        """Return measured law -> mean half width of its band, in the unit of its values."""
-        return {law.curve.kind.name: float(np.mean(law.band)) for law in self.laws}
+    def bands(self) -> dict[str, Floats]:
+        """Return measured law -> (knots,) half widths of its band, in the unit of its values."""
+        return {law.curve.kind.name: law.band for law in self.laws}
 
     @property
     def whole_misfits(self) -> tuple[float, float]:

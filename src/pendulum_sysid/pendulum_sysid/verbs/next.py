@@ -21,6 +21,7 @@ from pendulum_sysid.records import Fit, Split
 from pendulum_sysid.telling.output_files import check_file, name_write_errors
 from pendulum_sysid.verbs.recordings import read_recordings
 from pendulum_sysid.verbs.said import ANSWERED, print_answer, say
+from pendulum_twin.arrays import Floats
 from pendulum_twin.model import load_twin
 from pendulum_twin.parameter_vector import make_theta
 from pendulum_twin.plans.plan_file import parse_plan, save_plan
@@ -32,14 +33,14 @@ UNKNOWN = (np.nan, np.nan)  # ends of an interval that a verdict does not tell
 class Finished:
     """Hold a recording's case and windows, the fit with all that is named, and what ties it.
 
-    bands: measured law of an earlier diagnosis -> mean half width of its band.
+    bands: measured law of an earlier diagnosis -> (knots,) half widths of its band.
     """
 
     case: Case
     split: Split
     best: Fit
     ties: tuple[Tie, ...]
-    bands: dict[str, float] = field(default_factory=dict)
+    bands: dict[str, Floats] = field(default_factory=dict)
 
 
 def run(arguments: argparse.Namespace) -> int:
