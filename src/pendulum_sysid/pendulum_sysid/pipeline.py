@@ -59,7 +59,7 @@ from pendulum_sysid.measuring.names_beside_laws import (
 )
 from pendulum_sysid.measuring.repeatability import measure_repeatability
 from pendulum_sysid.measuring.shared_parameters import list_shared_parameters
-from pendulum_sysid.planning.next_experiment import plan_next_experiment
+from pendulum_sysid.planning.next_experiment import CHANGED, plan_next_experiment
 from pendulum_sysid.prepare import Prepared, prepare
 from pendulum_sysid.records import Fit, Outcome, Recording, Split
 from pendulum_sysid.telling.drawings import collect_drawings, draw_overlays
@@ -183,7 +183,7 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
         before=before,
         after=after,
         floor=measure_noise_floor(replace(case, twin=best.twin), best.theta, split.held_out),
-        coming=plan_next_experiment(case, split, best, answer.ties),
+        coming=CHANGED if change else plan_next_experiment(case, split, best, answer.ties),
         misfits=tuple(find_misfits(case, best.theta, remainders, names)),
         learned_misfit=learned_misfit,
         held_out_misfit=held_out_misfit,

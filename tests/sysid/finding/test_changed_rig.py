@@ -32,6 +32,7 @@ def test_a_load_put_on_between_recordings_has_its_size() -> None:
     assert verdict.sentence.startswith("The rig changed between the recordings: each by itself")
     assert "All constants change by the same factor" in verdict.sentence
     assert "a load of 0.17 kg is put on the cart" in verdict.sentence
+    assert verdict.rig_changed and verdict.next_experiment is None
     force = verdict.rig_parameters["force_per_pwm_n"]
     loaded = RIG.force_per_pwm_n * RIG.total_mass_kg / LOADED.total_mass_kg
     assert force.low < loaded < RIG.force_per_pwm_n < force.high
