@@ -154,15 +154,14 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
         by free runs, by the missing force that each leaves, and by the noise floor.
     """
     progress(Stage.JUDGING)
+    change = find_change(case, split, answer.base, answer.best)
+    if change is not None:
+        answer = take_changed_rig(answer, change)
     before, after = run_parts(case, split), run_parts(replace(case, twin=answer.best.twin), split)
     behind = is_surely_behind(after["held_out"], before["held_out"])
     given_stays = behind or is_ahead_by_chance(case, split, answer.best)
     if given_stays:
         answer = take_given_twin(case, split, answer)
-        after = run_parts(replace(case, twin=answer.best.twin), split)
-    change = find_change(case, split, answer.base, answer.best)
-    if change is not None:
-        answer = take_changed_rig(answer, change)
         after = run_parts(replace(case, twin=answer.best.twin), split)
     base, best = answer.base, answer.best
     names = [named.effect for named in answer.named]

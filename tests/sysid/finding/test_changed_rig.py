@@ -63,3 +63,13 @@ def test_friction_of_the_pole_that_changed_shows_over_whole_windows() -> None:
     verdict = diagnose_pair(RIG, replace(RIG, pole_viscous_n_m_s=2 * RIG.pole_viscous_n_m_s), {})
     assert "from 0 s on and from 20 s on: pole_viscous_n_m_s 0.00026" in verdict.sentence
     assert "same factor" not in verdict.sentence and not verdict.missing_physics
+
+
+def test_a_given_twin_that_stays_is_the_twin_of_the_verdict() -> None:
+    """The given twin is right for the first recording, and far ahead there."""
+    given = Twin("made", RIG)
+    rigs = enumerate((RIG, LOADED))
+    recordings = [made(replace(given, rig=rig), 20.0, 0.25, seed) for seed, rig in rigs]
+    verdict = diagnose(recordings, given, lambda line: None)
+    assert verdict.rig_changed and verdict.given_stays and verdict.twin is not None
+    assert verdict.twin.rig == RIG
