@@ -59,7 +59,7 @@ from pendulum_sysid.measuring.names_beside_laws import (
 )
 from pendulum_sysid.measuring.repeatability import measure_repeatability
 from pendulum_sysid.measuring.shared_parameters import list_shared_parameters
-from pendulum_sysid.planning.next_experiment import plan_next_experiment
+from pendulum_sysid.planning.next_experiment import CHANGED, plan_next_experiment
 from pendulum_sysid.prepare import Prepared, prepare
 from pendulum_sysid.records import Fit, Outcome, Recording, Split
 from pendulum_sysid.telling.drawings import collect_drawings, draw_overlays
@@ -154,15 +154,14 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
         by free runs, by the missing force that each leaves, and by the noise floor.
     """
     progress(Stage.JUDGING)
+    change = find_change(case, split, answer.base, answer.best)
+    if change is not None:
+        answer = take_changed_rig(answer, change)
     before, after = run_parts(case, split), run_parts(replace(case, twin=answer.best.twin), split)
     behind = is_surely_behind(after["held_out"], before["held_out"])
     given_stays = behind or is_ahead_by_chance(case, split, answer.best)
     if given_stays:
         answer = take_given_twin(case, split, answer)
-        after = run_parts(replace(case, twin=answer.best.twin), split)
-    change = find_change(case, split, answer.base, answer.best)
-    if change is not None:
-        answer = take_changed_rig(answer, change)
         after = run_parts(replace(case, twin=answer.best.twin), split)
     base, best = answer.base, answer.best
     names = [named.effect for named in answer.named]
@@ -183,7 +182,7 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
         before=before,
         after=after,
         floor=measure_noise_floor(replace(case, twin=best.twin), best.theta, split.held_out),
-        coming=plan_next_experiment(case, split, best, answer.ties),
+        coming=CHANGED if change else plan_next_experiment(case, split, best, answer.ties),
         misfits=tuple(find_misfits(case, best.theta, remainders, names)),
         learned_misfit=learned_misfit,
         held_out_misfit=held_out_misfit,

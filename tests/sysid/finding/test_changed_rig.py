@@ -32,6 +32,7 @@ def test_a_load_put_on_between_recordings_has_its_size() -> None:
     assert verdict.sentence.startswith("The rig changed between the recordings: each by itself")
     assert "All constants change by the same factor" in verdict.sentence
     assert "a load of 0.17 kg is put on the cart" in verdict.sentence
+    assert verdict.rig_changed and verdict.next_experiment is None
     force = verdict.rig_parameters["force_per_pwm_n"]
     loaded = RIG.force_per_pwm_n * RIG.total_mass_kg / LOADED.total_mass_kg
     assert force.low < loaded < RIG.force_per_pwm_n < force.high
@@ -55,3 +56,20 @@ def test_a_change_beside_friction_is_told_too() -> None:
     assert "The rig changed between the recordings" in verdict.sentence
     allowed = {"cart_coulomb_friction", "cart_load_friction", "cart_stribeck_friction"}
     assert {effect.effect for effect in verdict.missing_physics} <= allowed
+
+
+def test_friction_of_the_pole_that_changed_shows_over_whole_windows() -> None:
+    """Pieces of windows end at the noise all the same."""
+    verdict = diagnose_pair(RIG, replace(RIG, pole_viscous_n_m_s=2 * RIG.pole_viscous_n_m_s), {})
+    assert "from 0 s on and from 20 s on: pole_viscous_n_m_s 0.00026" in verdict.sentence
+    assert "same factor" not in verdict.sentence and not verdict.missing_physics
+
+
+def test_a_given_twin_that_stays_is_the_twin_of_the_verdict() -> None:
+    """The given twin is right for the first recording, and far ahead there."""
+    given = Twin("made", RIG)
+    rigs = enumerate((RIG, LOADED))
+    recordings = [made(replace(given, rig=rig), 20.0, 0.25, seed) for seed, rig in rigs]
+    verdict = diagnose(recordings, given, lambda line: None)
+    assert verdict.rig_changed and verdict.given_stays and verdict.twin is not None
+    assert verdict.twin.rig == RIG

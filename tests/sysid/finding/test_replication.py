@@ -22,7 +22,8 @@ from pendulum_sysid.finding.replication import (
 from pendulum_sysid.fitting.fit import HORIZONS, fit
 from pendulum_sysid.fitting.linearised import System
 from pendulum_sysid.fitting.noise_floor import is_at_noise, measure_noise_floor
-from pendulum_sysid.fitting.parameters import list_free_parameters
+from pendulum_sysid.fitting.parameters import hold_constants, list_free_parameters
+from pendulum_sysid.planning.aims import list_narrowings
 from pendulum_sysid.prepare import Prepared, prepare
 from pendulum_sysid.records import Fit, Recording
 from pendulum_twin.parameter_vector import SLOTS, make_theta
@@ -166,6 +167,16 @@ def test_a_drift_is_asked_over_the_whole_recording() -> None:
     spread = float(compute_spreads(system, rough, free)[1])
     alone = estimate_blocks(system, rough, free, decisions.SPREAD_BLOCKS)[free[1].name]
     assert 0.0 < spread < 0.5 * alone.values.std(ddof=1)  # a minute fixes a rate, ten seconds less
+
+
+def test_without_a_free_parameter_there_is_no_interval_to_widen_or_to_plan_for() -> None:
+    """`--hold all` ended in a traceback where nothing was found."""
+    twin = hold_constants(INTECO, ("all",))
+    prepared = prepare([made(twin, 8.0)], twin)
+    case, split = prepared.case, prepared.split
+    far = replace(fit(case, split, (), make_theta(twin), HORIZONS[0]), choose=5.0)
+    assert widen_intervals(case, split, far) is far
+    assert list_narrowings(case, split, far) == []
 
 
 def test_intervals_widen_by_the_spread_above_the_noise(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -55,6 +55,11 @@ def test_the_bands_of_the_laws_are_read(tmp_path: Path) -> None:
     }
 
 
+def test_a_rig_that_changed_is_read(tmp_path: Path) -> None:
+    assert read_verdict(write(tmp_path, rig_changed=True)).rig_changed
+    assert not read_verdict(write(tmp_path)).rig_changed
+
+
 def test_a_tie_is_that_of_twins_without_laws(tmp_path: Path) -> None:
     law = Law((0.0, 0.5, 1.0), (0.0, 0.1, 0.2))
     path = write(tmp_path)

@@ -26,6 +26,7 @@ def say_remains(floors: float) -> Verdict:
         (say_remains(3.1), AMBER),
         (replace(make_named(), outcome=Outcome.AMBIGUOUS), AMBER),
         (replace(make_named(), outcome=Outcome.NOT_IN_CATALOGUE), AMBER),
+        (replace(make_named(), rig_changed=True), AMBER),
         (replace(make_named(), warnings=("measure it again.",)), AMBER),
         (replace(make_named(), data_quality=(QualityFinding("gap", 1, ((1.0, 3.0),)),)), AMBER),
         (replace(make_named(), data_quality=(QualityFinding("gap", 11, ()),)), AMBER),
@@ -76,6 +77,14 @@ def test_a_twin_that_is_not_this_rig_is_not_used() -> None:
     commands = list_commands(replace(make_named(), unlike_rig=True, next_experiment=None))
     assert commands == ["sysid check inteco_60s --twin config/inteco.yaml"]
     assert list_commands(replace(make_unusable(), origin=ORIGIN)) == commands
+
+
+def test_no_twin_of_a_rig_that_changed_is_used() -> None:
+    verdict = replace(make_named(), rig_changed=True, outcome=Outcome.NOT_IN_CATALOGUE)
+    light = judge_light(verdict)
+    assert light.reasons == ("the rig changed between the recordings",)
+    steps = list_steps(verdict, light, None)
+    assert [step.sentence for step in steps] == ["Diagnose each recording by itself."]
 
 
 def test_options_and_odd_names_stand_in_the_commands() -> None:

@@ -42,7 +42,7 @@ def assert_as_in_the_contract(found: dict) -> None:
         "schema", "outcome", "sentence", "location", "missing_physics", "rig_parameters",
         "masking", "fit", "remainder", "data_quality", "next_experiment", "recording", "elapsed_s",
         "warnings", "perhaps", "sets", "measured_laws", "unlike_rig", "effect_parameters",
-        "correlations", "given_stays",
+        "correlations", "given_stays", "rig_changed",
     }  # fmt: skip
     assert json.loads(json.dumps(found, allow_nan=False)) == found
     assert found["schema"] == "pendulum_verdict/1" and found["outcome"] in {

@@ -15,8 +15,9 @@ import numpy as np
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.replication import group_recordings, widen_intervals
 from pendulum_sysid.finding.search import Answer
+from pendulum_sysid.finding.whole_windows import measure_fitted_starts
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.fit import fit
+from pendulum_sysid.fitting.fit import HORIZONS, fit, fit_over_horizon
 from pendulum_sysid.fitting.parameters import list_free_parameters
 from pendulum_sysid.fitting.split import PATTERN
 from pendulum_sysid.records import Estimate, Fit, Split
@@ -84,22 +85,29 @@ def find_change(case: Case, split: Split, base: Fit, best: Fit) -> ChangedRig | 
 
     Where errors above the noise remain, each part of the recordings is fitted by itself, with the
     constants alone, and with all effects. The rig changed if every part by itself ends at the
-    noise, and intervals of a parameter exclude each other.
+    noise, and intervals of a parameter exclude each other. Where the pieces of windows, over which
+    the fits go, hide all errors in the noise, as those of a pole's friction, whole windows are
+    asked in their place.
 
     base, best: the fits to all recordings, with the constants alone and with all effects.
     """
     parts = group_recordings(case, split)
     enough = len(parts) > 1 and min(len(part) for part in parts) >= len(PATTERN)
-    if best.choose <= decisions.MISFIT_AT_NOISE or not enough:
+    if not enough:
+        return None
+    is_hidden = best.choose <= decisions.MISFIT_AT_NOISE
+    left = measure_fitted_starts(case, split.learn, best) if is_hidden else best.choose
+    if left <= decisions.MISFIT_AT_NOISE:
         return None
     for together in (base, best):
-        fits = [_fit_part(case, split, together, part) for part in parts]
+        pieces = HORIZONS[-1] if is_hidden else together.pieces
+        fits = [_fit_part(case, split, together, part, pieces) for part in parts]
         misfit = max(own.choose for own in fits)
         if misfit <= decisions.MISFIT_AT_NOISE:
             sizes = _list_sizes(case, together, fits)
             begins = [split.learn.begin[part[0]] for part in parts]
             begins_s = tuple(case.signals.times_s[begins].tolist())
-            change = ChangedRig(begins_s, together.effects, misfit, best.choose, sizes)
+            change = ChangedRig(begins_s, together.effects, misfit, left, sizes)
             return change if change.changed else None
     return None
 
@@ -120,11 +128,13 @@ def take_changed_rig(answer: Answer, change: ChangedRig) -> Answer:
     return replace(answer, best=replace(answer.best, estimates=estimates))
 
 
-def _fit_part(case: Case, split: Split, together: Fit, part: Ints) -> Fit:
+def _fit_part(case: Case, split: Split, together: Fit, part: Ints, pieces: int) -> Fit:
     """Return the fit to the learning windows of a part alone, its intervals as widened as any."""
     windows = split.learn
     own = Split(windows.pick(part), windows.pick(part[:0]), split.held_out)
     alone = fit(case, own, together.effects, together.theta, together.pieces)
+    if pieces != together.pieces:
+        alone = fit_over_horizon(case, own, alone, pieces)
     return widen_intervals(case, own, alone)
 
 

@@ -161,9 +161,9 @@ def widen_intervals(case: Case, split: Split, fit: Fit) -> Fit:
     of other shapes. A fit at the noise stays as it is: there blocks differ by noise alone, which
     the intervals hold already.
     """
-    if fit.choose <= decisions.MISFIT_AT_NOISE:
-        return fit
     free = list_free_parameters(case.twin, fit.effects, case.scales)
+    if fit.choose <= decisions.MISFIT_AT_NOISE or not free:
+        return fit
     every = (*free, *_list_other_drags(case, fit))
     system = _linearise(case, split, fit, every)
     spreads = compute_spreads(system.pick(range(len(free))), fit, free)

@@ -155,6 +155,8 @@ def make_partings(case: Case, split: Split, best: Fit, tie: Tie) -> list[Parting
 def list_narrowings(case: Case, split: Split, best: Fit) -> list[Narrowing]:
     """Return an aim an interval of a fit; what is not fixed has an infinite interval."""
     free = list_free_parameters(case.twin, best.effects, case.scales)
+    if not free:
+        return []
     windows, weight = pick_deciding_windows(case.state, split, best.pieces)
     normal = compute_columns(case.problem(windows), best.theta, free, best.power / weight).normal
     aims, axes = [], np.eye(len(free))

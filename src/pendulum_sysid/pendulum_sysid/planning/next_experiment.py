@@ -37,6 +37,11 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.plans.waveforms import make_envelope
 
 SECONDS = 20.0
+CHANGED = Next(
+    None,
+    "The rig changed between the recordings, and no plan narrows what is not the same in all: "
+    "diagnose each recording by itself.",
+)
 
 
 def plan_next_experiment(

@@ -33,6 +33,7 @@ class EarlierVerdict:
     digests: of its recordings; empty where the file names none.
     intervals: "key" of a constant or "effect.parameter" -> its 95 % interval.
     bands: measured law -> (knots,) half widths of its 95 % band.
+    rig_changed: whether the rig changed between its recordings.
     """
 
     twin: Twin
@@ -40,6 +41,7 @@ class EarlierVerdict:
     digests: frozenset[str] = frozenset()
     intervals: dict[str, tuple[float, float]] = field(default_factory=dict)
     bands: dict[str, Floats] = field(default_factory=dict)
+    rig_changed: bool = False
 
     @property
     def effects(self) -> tuple[str, ...]:
@@ -68,7 +70,9 @@ def read_verdict(path: Path) -> EarlierVerdict:
     twin = load_twin(path.parent / "twin.yaml")
     if mapping["outcome"] == Outcome.AMBIGUOUS.value:
         twin = replace(twin, measured_laws={})
-    return EarlierVerdict(twin, rivals, digests, _read_intervals(mapping), _read_bands(mapping))
+    changed = mapping.get("rig_changed") is True
+    intervals, bands = _read_intervals(mapping), _read_bands(mapping)
+    return EarlierVerdict(twin, rivals, digests, intervals, bands, changed)
 
 
 def check_recordings(path: Path, earlier: EarlierVerdict, digests: Iterable[str]) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.changed_rig import ChangedRig, SizeByPart
 from pendulum_sysid.fitting.parameters import list_rig_parameters
+from pendulum_sysid.telling.contradictions import LEAST_LOG
 from pendulum_twin.model import Twin
 
 
@@ -37,10 +38,11 @@ def _describe_size(size: SizeByPart) -> str:
 def _describe_load(change: ChangedRig, twin: Twin) -> str:
     """Return the sentence on the load by which all constants change; empty for another change.
 
-    Motion fixes only ratios to the moving mass.
+    Motion fixes only ratios to the moving mass. A constant that is held or believed does not
+    change as the others do, so that nothing says whether all of them would.
     """
     constants = {constant.name for constant in list_rig_parameters(twin)}
-    factor = find_change_of_mass(change, constants)
+    factor = None if twin.spreads else find_change_of_mass(change, constants)
     if factor is None or twin.rig.cart_mass_kg is None:
         return ""
     load = twin.rig.total_mass_kg * (factor - 1.0)
@@ -54,7 +56,8 @@ def _describe_load(change: ChangedRig, twin: Twin) -> str:
 def find_change_of_mass(change: ChangedRig, constants: Collection[str]) -> float | None:
     """Return the factor by which the moving mass changes from the first to the last recording.
 
-    None where the constants change by different factors, or a part does not fix a constant.
+    None where the constants change by different factors, where the factor is near 1, and where a
+    part does not fix a constant.
     """
     of_rig = [size for size in change.sizes if size.name in constants]
     ends = [(size.estimates[0], size.estimates[-1]) for size in of_rig]
@@ -65,4 +68,4 @@ def find_change_of_mass(change: ChangedRig, constants: Collection[str]) -> float
     halves = 0.5 * np.hypot(*(logs[:, :, 2] - logs[:, :, 1]).T) / decisions.INTERVAL_DEVIATIONS
     common = float(np.average(ratios, weights=halves**-2))
     is_common = np.all(abs(ratios - common) <= decisions.CONTRADICTED_DEVIATIONS * halves)
-    return float(np.exp(common)) if is_common else None
+    return float(np.exp(common)) if is_common and abs(common) > LEAST_LOG else None

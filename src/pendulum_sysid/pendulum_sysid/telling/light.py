@@ -63,6 +63,8 @@ def list_doubts(verdict: Verdict) -> tuple[str, ...]:
         doubts.append(f"over whole windows the twin errs by {ratio} times the sensors' noise")
     if verdict.events_s:
         doubts.append(f"something acted on the rig at {format_intervals(verdict.events_s)}")
+    elif verdict.rig_changed:
+        doubts.append("the rig changed between the recordings")
     elif verdict.outcome is Outcome.NOT_IN_CATALOGUE:
         doubts.append("something is missing that has no name")
     if verdict.outcome is Outcome.AMBIGUOUS:

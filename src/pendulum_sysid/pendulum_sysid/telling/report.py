@@ -151,7 +151,7 @@ def render_page(verdict: Verdict) -> str:
         marks=list_marks(verdict),
         meanings=draw_meaning(verdict),
         data=Markup(make_data(verdict, windows, specs)),
-        outcome=wording.EVENTS if verdict.events_s else wording.OUTCOMES[verdict.outcome],
+        outcome=choose_words(verdict),
         catalogue=BY_NAME,
         wording=wording,
         channels=_draw_channels(verdict),
@@ -245,6 +245,13 @@ def describe_places(verdict: Verdict) -> str:
         return ""
     listed = f"{', '.join(places[:-1])} and {places[-1]}"
     return f" The named effects act at {listed}; this is the place of the clearest of them."
+
+
+def choose_words(verdict: Verdict) -> wording.OutcomeWords:
+    """Return the words for what a verdict says."""
+    if verdict.events_s:
+        return wording.EVENTS
+    return wording.CHANGED if verdict.rig_changed else wording.OUTCOMES[verdict.outcome]
 
 
 def list_law_rows(verdict: Verdict) -> list[LawRow]:

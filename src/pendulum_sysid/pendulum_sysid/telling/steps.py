@@ -44,6 +44,8 @@ def list_steps(verdict: Verdict, light: Light, worst: WindowRow | None) -> tuple
     if verdict.unlike_rig:
         first = (_check(origin), *_look(worst), Step("Record again if the files are right."))
         return (*first, *_play(verdict))
+    if verdict.rig_changed:
+        return (Step("Diagnose each recording by itself."), *_look(worst))
     use = _use(verdict, light) if verdict.twin is not None else ()
     look = _look(worst) if light.colour != BLUE else ()
     return (*use, *_play(verdict), *look, *_judge(origin))

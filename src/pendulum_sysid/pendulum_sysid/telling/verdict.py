@@ -122,6 +122,7 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
         measured_laws=tuple(describe_law(law) for law in findings.laws),
         unlike_rig=unlike_rig,
         given_stays=findings.given_stays,
+        rig_changed=findings.change is not None and events is None,
         twin=findings.final.twin,
         localisation=findings.location,
         next_plan=plan,

@@ -82,6 +82,15 @@ EVENTS = OutcomeWords(  # in place of "not in the catalogue"
     "stretches of time, and elsewhere its errors are near the noise floor.",
 )
 
+CHANGED = OutcomeWords(  # in place of "not in the catalogue"
+    "!",
+    "The rig changed",
+    "The rig was not the same in all recordings: each by itself is explained, with other values. "
+    "No single twin is right for all of them.",
+    when_listed=LISTED,
+    when_empty="None. What no twin explains for all recordings is what changed between them.",
+)
+
 PLACES: dict[str, str] = {
     "command": "what the input goes through before the drive",
     "drive": "the motor and the belt",

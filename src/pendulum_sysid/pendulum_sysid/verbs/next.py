@@ -13,11 +13,15 @@ from pendulum_sysid.finding.settled_search import search_settled, settle_command
 from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS, fit, fit_over_horizon
-from pendulum_sysid.planning.next_experiment import check_seconds, plan_next_experiment
+from pendulum_sysid.planning.next_experiment import (
+    CHANGED,
+    check_seconds,
+    plan_next_experiment,
+)
 from pendulum_sysid.planning.repeating import repeat_plan
 from pendulum_sysid.prepare import prepare
 from pendulum_sysid.reading.earlier_verdict import EarlierVerdict, check_recordings, read_verdict
-from pendulum_sysid.records import Fit, Split
+from pendulum_sysid.records import Fit, Next, Split
 from pendulum_sysid.telling.output_files import check_file, name_write_errors
 from pendulum_sysid.verbs.recordings import read_recordings
 from pendulum_sysid.verbs.said import ANSWERED, print_answer, say
@@ -34,6 +38,7 @@ class Finished:
     """Hold a recording's case and windows, the fit with all that is named, and what ties it.
 
     bands: measured law of an earlier diagnosis -> (knots,) half widths of its band.
+    rig_changed: whether the earlier diagnosis says that the rig changed between its recordings.
     """
 
     case: Case
@@ -41,6 +46,7 @@ class Finished:
     best: Fit
     ties: tuple[Tie, ...]
     bands: dict[str, Floats] = field(default_factory=dict)
+    rig_changed: bool = False
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -49,15 +55,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_seconds(arguments.seconds)
     done = _finish(arguments)
     arguments.progress.report(Stage.PLANNING)
-    planned = plan_next_experiment(
-        done.case,
-        done.split,
-        done.best,
-        done.ties,
-        arguments.goal,
-        arguments.seconds,
-        bands=done.bands,
-    )
+    planned = CHANGED if done.rig_changed else _plan(done, arguments.goal, arguments.seconds)
     file = None
     if planned.plan is not None:
         file, plan = arguments.out, parse_plan(planned.plan)
@@ -72,6 +70,12 @@ def run(arguments: argparse.Namespace) -> int:
         *([] if file is None else [file]),
     )
     return ANSWERED
+
+
+def _plan(done: Finished, goal: str | None, seconds: float) -> Next:
+    return plan_next_experiment(
+        done.case, done.split, done.best, done.ties, goal, seconds, bands=done.bands
+    )
 
 
 def _finish(arguments: argparse.Namespace) -> Finished:
@@ -92,7 +96,7 @@ def _finish(arguments: argparse.Namespace) -> Finished:
         near = fit(case, windows, earlier.effects, theta, HORIZONS[0])
         best = take_intervals(fit_over_horizon(case, windows, near, HORIZONS[-1]), earlier)
         ties = find_ties(case, windows, best, earlier.rivals)
-        return Finished(case, windows, best, ties, earlier.bands)
+        return Finished(case, windows, best, ties, earlier.bands, earlier.rig_changed)
     case, windows, answer = search_settled(case, windows, arguments.progress.report)
     return Finished(case, windows, answer.best, answer.ties)
 

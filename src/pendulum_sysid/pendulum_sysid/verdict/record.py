@@ -233,6 +233,7 @@ class Verdict:
             before and after.
         given_stays: True where no other twin runs left-out windows better for sure: the improved
             twin is the given twin, and `after` of its values says what the recording shows alone.
+        rig_changed: True where the rig changed between recordings; each by itself is explained.
         correlations: of the errors of the values above.
         command: shell line that made the verdict; "" from Python.
         twin: the improved twin; None if the recording is unusable.
@@ -266,6 +267,7 @@ class Verdict:
     effect_parameters: dict[str, RigParameter] = field(default_factory=dict)
     correlations: Correlations = Correlations()
     given_stays: bool = False
+    rig_changed: bool = False
     command: str = field(default="", repr=False, compare=False)
     twin: Twin | None = field(default=None, repr=False, compare=False)
     localisation: Localisation | None = field(default=None, repr=False, compare=False)
