@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import pytest
 from support.made_recordings import INTECO, made
 from support.tied_recordings import RIG
 
@@ -18,10 +19,11 @@ TIGHT = replace(RIG, cart_viscous_n_s_m=3.15)
 
 
 def diagnose_pair(first: Rig, second: Rig, effects: dict[str, dict[str, float]]) -> Verdict:
-    recordings = [
-        made(Twin("made", rig, effects), 20.0, 0.25, seed)
-        for seed, rig in enumerate((first, second))
-    ]
+    return diagnose_twins(Twin("made", first, effects), Twin("made", second, effects))
+
+
+def diagnose_twins(*twins: Twin) -> Verdict:
+    recordings = [made(twin, 20.0, 0.25, seed) for seed, twin in enumerate(twins)]
     return diagnose(recordings, INTECO, lambda line: None)
 
 
@@ -73,3 +75,12 @@ def test_a_given_twin_that_stays_is_the_twin_of_the_verdict() -> None:
     verdict = diagnose(recordings, given, lambda line: None)
     assert verdict.rig_changed and verdict.given_stays and verdict.twin is not None
     assert verdict.twin.rig == RIG
+
+
+@pytest.mark.parametrize("effects", [{}, DRY])
+def test_an_encoder_that_was_zeroed_anew_is_told(effects: dict[str, dict[str, float]]) -> None:
+    offset = {"angle_offset": {"angle_rad": -0.03}}
+    verdict = diagnose_twins(Twin("made", RIG, effects), Twin("made", RIG, {**effects, **offset}))
+    assert verdict.rig_changed and "angle_offset.angle_rad" in verdict.sentence
+    assert "-0.03" in verdict.sentence and "same factor" not in verdict.sentence
+    assert {effect.effect for effect in verdict.missing_physics} <= set(effects)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pendulum_sysid import decisions
+from pendulum_sysid.finding.hypotheses import list_possible_effects
 from pendulum_sysid.finding.replication import group_recordings, widen_intervals
 from pendulum_sysid.finding.search import Answer
 from pendulum_sysid.finding.whole_windows import measure_fitted_starts
@@ -22,6 +23,7 @@ from pendulum_sysid.fitting.parameters import list_free_parameters
 from pendulum_sysid.fitting.split import PATTERN
 from pendulum_sysid.records import Estimate, Fit, Split
 from pendulum_twin.arrays import Ints
+from pendulum_twin.parameter_vector import SLOTS
 
 
 @dataclass(frozen=True)
@@ -84,8 +86,9 @@ def find_change(case: Case, split: Split, base: Fit, best: Fit) -> ChangedRig | 
     """Return how the rig changed between its recordings; None where nothing says that it did.
 
     Where errors above the noise remain, each part of the recordings is fitted by itself, with the
-    constants alone, and with all effects. The rig changed if every part by itself ends at the
-    noise, and intervals of a parameter exclude each other. Where the pieces of windows, over which
+    constants alone, with all effects, and with what is set anew at each start beside either. The
+    rig changed if every part by itself ends at the noise, and intervals of a parameter exclude
+    each other. Where the pieces of windows, over which
     the fits go, hide all errors in the noise, as those of a pole's friction, whole windows are
     asked in their place.
 
@@ -99,7 +102,7 @@ def find_change(case: Case, split: Split, base: Fit, best: Fit) -> ChangedRig | 
     left = measure_fitted_starts(case, split.learn, best) if is_hidden else best.choose
     if left <= decisions.MISFIT_AT_NOISE:
         return None
-    for together in (base, best):
+    for together in (base, best, *_add_what_is_set_at_start(case, (base, best))):
         pieces = HORIZONS[-1] if is_hidden else together.pieces
         fits = [_fit_part(case, split, together, part, pieces) for part in parts]
         misfit = max(own.choose for own in fits)
@@ -112,16 +115,31 @@ def find_change(case: Case, split: Split, base: Fit, best: Fit) -> ChangedRig | 
     return None
 
 
+def _add_what_is_set_at_start(case: Case, fits: Sequence[Fit]) -> list[Fit]:
+    """Return beginnings of fits with the effects that each start of the rig sets anew, too."""
+    possible = list_possible_effects(case.twin.rig)
+    longer = []
+    for known in fits:
+        more = [e for e in possible if e.set_at_start and e.name not in known.effects]
+        theta = known.theta.copy()
+        for effect in more:
+            theta[SLOTS[effect.name]] = [parameter.probes[0] for parameter in effect.parameters]
+        if more:
+            effects = (*known.effects, *(effect.name for effect in more))
+            longer.append(replace(known, effects=effects, theta=theta))
+    return longer
+
+
 def take_changed_rig(answer: Answer, change: ChangedRig) -> Answer:
     """Return the answer without the names that the parts by themselves do without.
 
     The interval of every size that changed holds those of all parts.
     """
-    if change.effects == answer.base.effects:
+    if not set(answer.best.effects) <= set(change.effects):
         named = tuple(effect for effect in answer.named if effect.effect in change.effects)
         answer = replace(answer, best=answer.base, named=named, perhaps=(), ties=())
     estimates = dict(answer.best.estimates)
-    for size in change.changed:
+    for size in [size for size in change.changed if size.name in estimates]:
         every = (estimates[size.name], *size.known)
         low, high = min(e.low for e in every), max(e.high for e in every)
         estimates[size.name] = replace(every[0], low=low, high=high)

@@ -24,4 +24,5 @@ EFFECT = Effect(
     source="bias of an incremental encoder whose zero was set by hand",
     law_kind="angle_error_over_turn",
     law_parts=("mean",),
+    set_at_start=True,
 )

@@ -200,6 +200,7 @@ class Effect:
     shows_as_with: names of the rig's constants that differ between the two twins that move alike.
         Where a constant of these is known, motion can separate the two.
     separated_by: what would separate it from `shows_as`, as a clause for a person.
+    set_at_start: True for what the rig sets anew each time that it is switched on.
     acts_beside: name of an effect without which (or without another of its form and place) this
         effect changes nothing.
     needs_both_joints: True for what neither a cart alone nor a pole alone can show.
@@ -234,6 +235,7 @@ class Effect:
     becomes: tuple[str, ...] = ()
     law_kind: str = ""
     law_parts: tuple[str, ...] = ()
+    set_at_start: bool = False
     shows_as: str | None = None
     shows_as_with: tuple[str, ...] = ()
     separated_by: str = ""
