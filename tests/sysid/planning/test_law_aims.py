@@ -71,7 +71,7 @@ def test_a_law_that_only_was_given_is_no_aim(first: tuple[Recording, Measured]) 
     fit = measured.named[0]
     assert not list_band_narrowings(measured.case, measured.split, fit, {})
     planned = plan_next_experiment(measured.case, measured.split, fit, (), "law")
-    assert planned.plan is None and "No measured law" in planned.why
+    assert planned.plan is None and "no measured law" in planned.why
 
 
 def test_the_command_sharpens_the_laws_of_a_verdict(

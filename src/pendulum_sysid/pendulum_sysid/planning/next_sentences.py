@@ -16,7 +16,10 @@ LOCKED = (
     "longer."
 )
 NOTHING_TIED = "Nothing that motion could part is tied on this recording."
-NO_LAW = "No measured law of this diagnosis is known better from what is played."
+NO_LAW = (
+    "There is no measured law that a plan could sharpen: give --verdict of a diagnosis that "
+    "measured laws. A law over time is known better from a longer recording."
+)
 NO_ROOM = "No phase of a plan keeps the cart on the rail and within safe speeds."
 
 
