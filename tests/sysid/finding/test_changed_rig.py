@@ -43,7 +43,7 @@ def test_a_load_put_on_between_recordings_has_its_size() -> None:
 def test_a_single_constant_that_changed_is_listed() -> None:
     verdict = diagnose_pair(RIG, TIGHT, {})
     assert not verdict.missing_physics and not verdict.perhaps
-    assert "from 0 s on and from 20 s on: cart_viscous_n_s_m 2.1" in verdict.sentence
+    assert "In recording 1 and recording 2: cart_viscous_n_s_m 2.1" in verdict.sentence
     assert "and 3.1" in verdict.sentence and "same factor" not in verdict.sentence
 
 

@@ -22,12 +22,13 @@ def make_change(factors: dict[str, tuple[float, ...]]) -> ChangedRig:
         SizeByPart(name, "N", 2.0, tuple(Estimate(2 * f, 1.98 * f, 2.02 * f) for f in by_part))
         for name, by_part in factors.items()
     )
-    begins_s = (0.0, 20.0, 40.0)[: len(sizes[0].estimates)]
-    return ChangedRig(begins_s, (), 0.9, 8.0, sizes)
+    parts = (range(1, 2), range(2, 4), range(4, 5))[: len(sizes[0].estimates)]
+    return ChangedRig(parts, (), 0.9, 8.0, sizes)
 
 
 def test_constants_that_change_by_one_factor_are_a_load() -> None:
     sentence = describe_change(make_change({name: (1.0, 0.8) for name in CONSTANTS}), INTECO)
+    assert "In recording 1 and recordings 2 to 3: " in sentence
     load = 0.25 * INTECO.rig.total_mass_kg
     assert f"a load of {load:.2g} kg is put on the cart" in sentence
 

@@ -62,14 +62,14 @@ class SizeByPart:
 class ChangedRig:
     """Hold how a rig changed between its recordings.
 
-    begins_s: time at which each part of the recordings begins, s.
+    parts: the recordings of each part, numbered from 1 in the order in which they were given.
     effects: with which each part is fitted by itself.
     misfit: of the parts by themselves, in units of noise.
     together: misfit of the fit to all recordings, in units of noise.
     sizes: of all parameters, rig and effects.
     """
 
-    begins_s: tuple[float, ...]
+    parts: tuple[range, ...]
     effects: tuple[str, ...]
     misfit: float
     together: float
@@ -108,9 +108,8 @@ def find_change(case: Case, split: Split, base: Fit, best: Fit) -> ChangedRig | 
         misfit = max(own.choose for own in fits)
         if misfit <= decisions.MISFIT_AT_NOISE:
             sizes = _list_sizes(case, together, fits)
-            begins = [split.learn.begin[part[0]] for part in parts]
-            begins_s = tuple(case.signals.times_s[begins].tolist())
-            change = ChangedRig(begins_s, together.effects, misfit, left, sizes)
+            numbers = _number_recordings(case, len(parts))
+            change = ChangedRig(numbers, together.effects, misfit, left, sizes)
             return change if change.changed else None
     return None
 
@@ -154,6 +153,15 @@ def _fit_part(case: Case, split: Split, together: Fit, part: Ints, pieces: int) 
     if pieces != together.pieces:
         alone = fit_over_horizon(case, own, alone, pieces)
     return widen_intervals(case, own, alone)
+
+
+def _number_recordings(case: Case, parts: int) -> tuple[range, ...]:
+    """Return the numbers of the recordings of each part."""
+    signals = case.signals
+    assert signals.after_s is not None
+    count = len(np.unique(np.round(np.array(signals.after_s) / signals.period_s)))
+    groups = np.array_split(np.arange(1, count + 1), parts)
+    return tuple(range(int(group[0]), int(group[-1]) + 1) for group in groups)
 
 
 def _list_sizes(case: Case, together: Fit, fits: Sequence[Fit]) -> tuple[SizeByPart, ...]:

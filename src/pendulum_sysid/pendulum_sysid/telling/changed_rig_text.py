@@ -15,16 +15,21 @@ from pendulum_twin.model import Twin
 
 def describe_change(change: ChangedRig, twin: Twin) -> str:
     """Return the sentences on a rig that changed between its recordings; twin: as given."""
-    begins = " and ".join(f"from {begin:.3g} s on" for begin in change.begins_s)
+    recordings = " and ".join(_name_part(part) for part in change.parts)
     listed = change.changed[: decisions.CHANGED_VALUES_LISTED]
     more = len(change.changed) - len(listed)
     values = "; ".join(_describe_size(size) for size in listed)
     return (
         "The rig changed between the recordings: each by itself ends at "
         f"{change.misfit:.3g} times the noise at most, all together at {change.together:.3g} "
-        f"times. Values {begins}: {values}{f'; and {more} more' if more else ''}."
+        f"times. In {recordings}: {values}{f'; and {more} more' if more else ''}."
         f"{_describe_load(change, twin)} Diagnose each recording by itself."
     )
+
+
+def _name_part(part: range) -> str:
+    single = len(part) == 1
+    return f"recording {part[0]}" if single else f"recordings {part[0]} to {part[-1]}"
 
 
 def _describe_size(size: SizeByPart) -> str:
