@@ -3,7 +3,7 @@ SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .ONESHELL:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-oldest check format ablate bench docs faults fuzz colcon lock clean
+.PHONY: help setup demo test test-long test-oldest check format ablate bench docs faults fuzz colcon lock clean
 
 BIN = $(VENV)/bin
 PIP = $(BIN)/python -m pip --disable-pip-version-check --quiet
@@ -32,6 +32,10 @@ unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE LD_LIBRARY_PATH
 endif
 endif
 
+# Three processes on two cores, each of one thread: some tests wait for a rig.
+PARALLEL := OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1
+SPREAD := -n 3 --dist worksteal
+
 help: ## list these commands
 	@sed -nE 's/^([a-z-]+):[^#]*## (.*)/make \1\t\2/p' $(firstword $(MAKEFILE_LIST)) | expand -t 18
 
@@ -43,8 +47,11 @@ demo: $(VENV)/.installed-$(ROS) ## conceal physics in an emulated rig, record it
 
 test: setup ## run the test suite (ARGS="-k word" and the like go to pytest)
 	@run() { $(BIN)/python -m pytest "$$@" $(ARGS) || [ $$? -eq 5 ]; }  # 5: no test selected
-	OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 run -n 3 --dist worksteal -m "not wall_time"  # some wait for a rig
+	$(PARALLEL) run $(SPREAD) -m "not (wall_time or long)"
 	run -m wall_time  # what measures time runs alone
+
+test-long: setup ## run the tests that take long: real rigs, studies, every command of the README
+	@$(PARALLEL) $(BIN)/python -m pytest $(SPREAD) -m "long and not wall_time" $(ARGS) || [ $$? -eq 5 ]
 
 # Ubuntu 24.04's versions of the libraries, without ROS and MuJoCo: the tests that need neither.
 OLDEST := .venv-oldest

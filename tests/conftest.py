@@ -35,8 +35,14 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Let the long tests begin first."""
-    items.sort(key=lambda item: item.get_closest_marker("long") is None)
+    """Let the longest tests begin first, so that parallel processes end together."""
+    items.sort(key=_get_seconds, reverse=True)
+
+
+def _get_seconds(item: pytest.Item) -> float:
+    """Return how long a test takes, as its marker says, s; 0 for a test that is not long."""
+    long = item.get_closest_marker("long")
+    return 0.0 if long is None else float(long.kwargs.get("seconds", 10.0))
 
 
 @pytest.fixture

@@ -8,6 +8,7 @@ import yaml
 from support.paths import ROOT
 
 
+@pytest.mark.long
 def test_ppo_on_the_vector_environment_gets_better() -> None:
     pytest.importorskip("torch")
     program = [sys.executable, str(ROOT / "examples" / "ppo_vector.py"), "--timesteps", "40960"]

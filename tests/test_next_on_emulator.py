@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from support.made_recordings import INTECO, PERIOD_S
 from support.tied_recordings import ROOM, make_gentle_sweep
 
@@ -56,6 +57,7 @@ def search(recordings: list[Recording]) -> tuple[Case, Split, Answer]:
     return case, split, search_effects(case, split)
 
 
+@pytest.mark.long
 def test_what_a_gentle_recording_ties_the_next_experiment_parts() -> None:
     first = record(make_gentle_sweep(14, 0.05))
     case, split, answer = search([first])

@@ -16,7 +16,7 @@ from support.built_packages import assert_colcon_install
 from support.made_recordings import HANGING, INTECO, made
 from support.paths import ROOT
 
-pytestmark = pytest.mark.long
+pytestmark = pytest.mark.long(seconds=200)
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 LEFT_BEHIND = shutil.ignore_patterns(

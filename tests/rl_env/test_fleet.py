@@ -147,6 +147,7 @@ def test_arguments_that_it_does_not_have_are_refused(
         gym.make_vec(ID, num_envs=2, **arguments)
 
 
+@pytest.mark.long
 def test_its_arguments_are_heeded() -> None:
     env = gym.make_vec(ID, num_envs=2, pwm_limit=0.25, max_episode_steps=7, render_mode=None)
     env.reset(seed=1)

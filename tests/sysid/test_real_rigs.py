@@ -26,6 +26,8 @@ from pendulum_twin.effects.effect import Form, Place
 from pendulum_twin.model import Twin, load_twin, save_twin
 from pendulum_twin.rig import Rig
 
+pytestmark = pytest.mark.long(seconds=45)
+
 ROOT = Path(__file__).parents[2]
 DRY = {  # laws of the cart's dry friction, which a recording may not tell from each other
     effect.name for effect in CATALOGUE if effect.form is Form.DRY and effect.place is Place.CART

@@ -152,6 +152,7 @@ def write_twin_file(folder: Path, name: str, effects: dict) -> Path:
     return folder / f"{name}.yaml"
 
 
+@pytest.mark.long
 def test_emulated_rigs_that_are_moved_are_found_as_they_are(tmp_path: Path) -> None:
     mirrored = write_twin_file(tmp_path, "mirrored", {"cart_sign_inverted": {}})
     answers = examine_side_by_side(

@@ -52,6 +52,7 @@ class Rig:
         self.times_s.append(now_ns / 1e9)
 
 
+@pytest.mark.long
 def test_ten_kills_cost_at_most_a_second_each(
     ros: Graph, tmp_path: Path, capsys: pytest.CaptureFixture
 ) -> None:

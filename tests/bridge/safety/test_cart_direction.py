@@ -105,6 +105,7 @@ def test_the_mirrored_rig_is_named_for_a_person(nominal: Rig, rules: Rules, effe
     assert Reason.CART_MIRRORED in decision.reasons and decision.level is Level.WARN
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "effects",
     [

@@ -53,6 +53,7 @@ HINDRANCES = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("hindrance", HINDRANCES)
 def test_random_rigs_come_to_rest_from_anywhere(hindrance: str, nominal: Rig) -> None:
     rules = make_rules(nominal)

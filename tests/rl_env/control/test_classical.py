@@ -39,6 +39,7 @@ def make_untuned(twin: Twin) -> Classical:
     return Classical(make_plant(twin, TASK), Tuning())
 
 
+@pytest.mark.long
 def test_designed_on_the_nominal_twin_it_is_nearly_as_good_as_can_be() -> None:
     rig = RecordingRig(NOMINAL)
     assert (

@@ -25,6 +25,7 @@ pendulum_rl_env/InvertedPendulum-v0:
 """
 
 
+@pytest.mark.long
 def test_a_policy_is_trained_on_the_rig_and_tried_there(
     ros, monkeypatch, tmp_path: Path, capsys
 ) -> None:

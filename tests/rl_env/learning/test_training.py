@@ -155,6 +155,7 @@ def test_fine_tuning_explores_by_the_policy_and_not_at_random(
         run_training(tmp_path / "other", how=TQC, steps=60)
 
 
+@pytest.mark.long
 def test_ctrl_c_saves_and_says_how_to_go_on(tmp_path: Path) -> None:
     small, out = write_preset(tmp_path, **PPO), tmp_path / "run"
     command = [

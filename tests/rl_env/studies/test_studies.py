@@ -21,6 +21,8 @@ from pendulum_rl_env.scoring import SLICES, describe_reward
 from pendulum_rl_env.studies import identify_and_control, sample_times, stages, transfer, tune
 from pendulum_rl_env.studies.transfer_report import compute_interval, format_table
 
+pytestmark = pytest.mark.long
+
 TWIN = str(CONFIG / "inteco.yaml")
 QUICK = """
 pendulum_rl_env/InvertedPendulum-v0:

@@ -54,6 +54,7 @@ def test_a_dead_zone_answers_strong_commands_more_than_weak_commands(tmp_path: P
     assert not follows_command(other, smooth_state(other))
 
 
+@pytest.mark.long
 def test_a_controller_that_pulls_against_a_cable_moves_the_cart(tmp_path: Path) -> None:
     options = ["--seed", "26006", "--seconds", "60", "--closed-loop", "--pole-counts", "1024"]
     trial = record_trial(tmp_path, 37, options)

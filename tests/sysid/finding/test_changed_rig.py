@@ -40,6 +40,7 @@ def test_a_load_put_on_between_recordings_has_its_size() -> None:
     assert force.low < loaded < RIG.force_per_pwm_n < force.high
 
 
+@pytest.mark.long
 def test_a_single_constant_that_changed_is_listed() -> None:
     verdict = diagnose_pair(RIG, TIGHT, {})
     assert not verdict.missing_physics and not verdict.perhaps
@@ -53,6 +54,7 @@ def test_physics_that_both_recordings_need_is_no_change() -> None:
     assert "changed between" not in verdict.sentence
 
 
+@pytest.mark.long
 def test_a_change_beside_friction_is_told_too() -> None:
     verdict = diagnose_pair(RIG, LOADED, DRY)
     assert "The rig changed between the recordings" in verdict.sentence
@@ -77,6 +79,7 @@ def test_a_given_twin_that_stays_is_the_twin_of_the_verdict() -> None:
     assert verdict.twin.rig == RIG
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("effects", [{}, DRY])
 def test_an_encoder_that_was_zeroed_anew_is_told(effects: dict[str, dict[str, float]]) -> None:
     offset = {"angle_offset": {"angle_rad": -0.03}}

@@ -27,6 +27,7 @@ def change_constants(factor: float) -> Twin:
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_the_true_twin_stays_bit_for_bit_and_a_wrong_twin_does_not(seed: int) -> None:
     recording = made(INTECO, 20.0, 0.2, seed=seed)

@@ -70,6 +70,7 @@ def test_a_sharp_minimum_says_how_late_commands_are(
     assert [fault.count for fault in moved.findings] == ([moves] if moves else [])
 
 
+@pytest.mark.long
 def test_beside_other_physics_late_commands_are_seen_when_it_has_a_name() -> None:
     """The constants alone fit as badly with the commands either way."""
     recording, _ = record_hidden({"input_dead_zone": {"width": 0.04}}, 1, SECONDS)

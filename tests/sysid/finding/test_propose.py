@@ -44,6 +44,7 @@ def propose_hidden(name: str, seed: int) -> list[Proposal]:
     return propose(*fit_hidden(name, seed))
 
 
+@pytest.mark.long
 def test_what_is_hidden_is_ranked_first_or_second() -> None:
     ranks = {}
     for name in WITH_SIZES:

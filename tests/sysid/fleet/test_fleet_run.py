@@ -96,6 +96,7 @@ def test_a_killed_coordinator_is_gone_on_from(fleet: Path, whole, tmp_path: Path
     pd.testing.assert_frame_equal(read(store), whole)
 
 
+@pytest.mark.long
 def test_a_recording_that_ends_its_worker_is_put_aside_and_tried_by_the_next_run(
     fleet: Path, whole, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:

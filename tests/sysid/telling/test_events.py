@@ -135,6 +135,7 @@ def strike(at_s: tuple[float, ...], seconds: float) -> Recording:
     return Recording("struck", "sha256:0", Signals(PERIOD_S, command, cart, pole, every, every))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("at_s", "seconds", "says"), [(11.3, 20.0, "11 to 12 s"), (29.3, 40.0, "29 to 30 s")]
 )

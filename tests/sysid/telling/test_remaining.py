@@ -124,6 +124,7 @@ def diagnose(recording: Recording) -> Verdict:
     return pipeline.diagnose([recording], INTECO, lambda line: None)
 
 
+@pytest.mark.long
 def test_what_whole_windows_show_remains_although_pieces_hide_it() -> None:
     """'Nothing was found above the noise floor', and a blue light, at 3.8 noise floors."""
     verdict = diagnose(change_gain(0.1))

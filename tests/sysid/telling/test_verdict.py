@@ -529,6 +529,7 @@ def wind(t: float, y: tuple, drive: float) -> float:
     return 0.12 * sum(math.sin(math.tau * hertz * t + phase) for hertz, phase in WAVES)
 
 
+@pytest.mark.long
 def test_a_random_force_is_told_as_random_and_so_large() -> None:
     found = diagnose([unlisted(wind, seconds=40.0)], INTECO, silent).to_dict()
     assert found["outcome"] == "not_in_catalogue" and found["missing_physics"] == []
@@ -545,6 +546,7 @@ def one_sided(t: float, y: tuple, drive: float) -> float:
     return (-0.8 * dry(y[2]) if y[0] > 0 else 0.0) - 4.0 * math.sin(9 * y[0]) * y[0]
 
 
+@pytest.mark.long
 def test_what_two_unlisted_forces_leave_is_told() -> None:
     found = diagnose([unlisted(one_sided, seconds=20.0)], INTECO, silent).to_dict()
     assert found["outcome"] != "nothing_missing"

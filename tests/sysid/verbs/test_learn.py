@@ -95,6 +95,7 @@ def test_a_learned_command_has_an_inverse():
     assert effect.inverse(bent, 0.0, *sizes) == pytest.approx(0.3, abs=1e-6)
 
 
+@pytest.mark.long
 def test_learned_effects_run_in_a_twin(tmp_path):
     """Both at once: a twin's machine code is compiled anew for every set of effects."""
     for law, name in ((CUBE, "learned_cube"), (ONE_WAY, "learned_one_way")):

@@ -31,6 +31,7 @@ def diagnose(bag: Path, *options: object) -> dict:
     return json.loads((out / "verdict.json").read_text(encoding="utf-8"))
 
 
+@pytest.mark.long(seconds=80)
 def test_what_is_learned_on_a_rig_is_named_on_another(tmp_path: Path) -> None:
     pytest.importorskip("mujoco")
     first, second = record_rig(tmp_path / "1", 1.0), record_rig(tmp_path / "2", SMALLER)

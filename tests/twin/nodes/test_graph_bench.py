@@ -10,6 +10,7 @@ pytest.importorskip("rclpy")
 BENCH = ROOT / "tests" / "bench" / "graph.py"
 
 
+@pytest.mark.long
 def test_it_prints_a_row_for_each_figure() -> None:
     command = [sys.executable, str(BENCH), "--steps", "20", "--jitter", "0.5"]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=900)

@@ -60,6 +60,7 @@ def test_a_relay_swings_up_and_catches_the_pole(nominal: Rig) -> None:
     assert np.mean(upright) > 0.05
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("relay", [False, True])
 @pytest.mark.parametrize("number", range(0, 20, 2))
 def test_the_cart_stays_on_the_rail_whatever_is_concealed(
