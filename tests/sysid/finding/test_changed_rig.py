@@ -65,7 +65,7 @@ def test_a_change_beside_friction_is_told_too() -> None:
 def test_friction_of_the_pole_that_changed_shows_over_whole_windows() -> None:
     """Pieces of windows end at the noise all the same."""
     verdict = diagnose_pair(RIG, replace(RIG, pole_viscous_n_m_s=2 * RIG.pole_viscous_n_m_s), {})
-    assert "from 0 s on and from 20 s on: pole_viscous_n_m_s 0.00026" in verdict.sentence
+    assert "In recording 1 and recording 2: pole_viscous_n_m_s 0.00026" in verdict.sentence
     assert "same factor" not in verdict.sentence and not verdict.missing_physics
 
 

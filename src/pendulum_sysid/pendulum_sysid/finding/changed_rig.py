@@ -48,9 +48,12 @@ class SizeByPart:
 
     @property
     def is_changed(self) -> bool:
-        """Return whether intervals of two parts exclude each other."""
-        known = self.known
-        return len(known) > 1 and max(e.low for e in known) > min(e.high for e in known)
+        """Return whether two parts surely differ: many sizes are compared at once."""
+        values = np.array([e.value for e in self.known])
+        halves = np.array([0.5 * (e.high - e.low) for e in self.known])
+        deviations = np.hypot(halves[:, None], halves) / decisions.INTERVAL_DEVIATIONS
+        apart = abs(values[:, None] - values)
+        return bool(np.any(apart > decisions.SURE_STANDARD_ERRORS * deviations))
 
     @property
     def difference(self) -> float:
@@ -87,10 +90,9 @@ def find_change(case: Case, split: Split, base: Fit, best: Fit) -> ChangedRig | 
 
     Where errors above the noise remain, each part of the recordings is fitted by itself, with the
     constants alone, with all effects, and with what is set anew at each start beside either. The
-    rig changed if every part by itself ends at the noise, and intervals of a parameter exclude
-    each other. Where the pieces of windows, over which
-    the fits go, hide all errors in the noise, as those of a pole's friction, whole windows are
-    asked in their place.
+    rig changed if every part by itself ends at the noise, and a parameter surely differs. Where
+    the pieces of windows, over which the fits go, hide all errors in the noise, as those of a
+    pole's friction, whole windows are asked in their place.
 
     base, best: the fits to all recordings, with the constants alone and with all effects.
     """
