@@ -6,12 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.made_recordings import INTECO, made
+from support.measured_laws import measure_beside_constants
 
-from pendulum_sysid.fitting.fit import fit_own_parameters
 from pendulum_sysid.measuring.law_bands import _project, widen_bands
-from pendulum_sysid.measuring.measure import Measured, begin_without_laws, measure_laws
+from pendulum_sysid.measuring.measure import Measured
 from pendulum_sysid.measuring.shapes import SHAPES, fit_shape
-from pendulum_sysid.prepare import prepare
 from pendulum_twin.laws import BY_NAME
 from pendulum_twin.laws.law import Law, evaluate_law
 from pendulum_twin.model import Twin
@@ -32,11 +31,8 @@ def measure_force(sizes: tuple[float, ...]) -> Measured:
         made(replace(RIG, measured_laws={FORCE: make_force(size)}), 8.0, 0.25, seed)
         for seed, size in enumerate(sizes)
     ]
-    prepared = prepare(recordings, RIG)
-    case, split = prepared.case, prepared.split
-    begun = begin_without_laws(case, split, fit_own_parameters(case, split))
-    measured = measure_laws(case, split, begun, lambda line: None)
-    assert measured is not None and measured.kinds == (FORCE,)
+    measured = measure_beside_constants(recordings, RIG)
+    assert measured.kinds == (FORCE,)
     return measured
 
 

@@ -7,14 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.made_recordings import made_bag
+from support.measured_laws import measure_beside_constants
 from support.tied_recordings import INTECO, ROOM, make_gentle_sweep, record_plan, record_twin
 
 from pendulum_sysid.cli import main
-from pendulum_sysid.fitting.fit import fit_own_parameters
-from pendulum_sysid.measuring.measure import Measured, begin_without_laws, measure_laws
+from pendulum_sysid.measuring.measure import Measured
 from pendulum_sysid.planning.law_aims import list_band_narrowings
 from pendulum_sysid.planning.next_experiment import plan_next_experiment
-from pendulum_sysid.prepare import prepare
 from pendulum_sysid.records import Recording
 from pendulum_twin.arrays import Floats
 from pendulum_twin.laws.law import Law
@@ -28,11 +27,8 @@ TRUTH = replace(RIG, measured_laws={FORCE: Law(tuple(AT), tuple(0.03 * np.sin(9.
 
 
 def measure_force(recordings: list[Recording]) -> Measured:
-    prepared = prepare(recordings, RIG)
-    case, split = prepared.case, prepared.split
-    begun = begin_without_laws(case, split, fit_own_parameters(case, split))
-    measured = measure_laws(case, split, begun, lambda line: None)
-    assert measured is not None and measured.kinds == (FORCE,)
+    measured = measure_beside_constants(recordings, RIG)
+    assert measured.kinds == (FORCE,)
     return measured
 
 
