@@ -154,7 +154,7 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
         by free runs, by the missing force that each leaves, and by the noise floor.
     """
     progress(Stage.JUDGING)
-    change = find_change(case, split, answer.base, answer.best)
+    change = find_change(case, split, answer)
     if change is not None:
         answer = take_changed_rig(answer, change)
     before, after = run_parts(case, split), run_parts(replace(case, twin=answer.best.twin), split)

@@ -80,6 +80,15 @@ def test_a_given_twin_that_stays_is_the_twin_of_the_verdict() -> None:
 
 
 @pytest.mark.long
+def test_a_change_that_leads_the_search_of_all_astray_is_told() -> None:
+    """All together end at a law along the rail, and each by itself at dry friction."""
+    more = {"cart_coulomb_friction": {"level_n": 0.8}}
+    verdict = diagnose_twins(Twin("made", RIG, DRY), Twin("made", RIG, more))
+    assert verdict.rig_changed and "cart_coulomb_friction.level_n 0." in verdict.sentence
+    assert "viscous" not in verdict.sentence and not verdict.measured_laws
+
+
+@pytest.mark.long
 @pytest.mark.parametrize("effects", [{}, DRY])
 def test_an_encoder_that_was_zeroed_anew_is_told(effects: dict[str, dict[str, float]]) -> None:
     offset = {"angle_offset": {"angle_rad": -0.03}}

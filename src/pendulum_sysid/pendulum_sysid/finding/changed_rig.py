@@ -7,13 +7,18 @@ that look like a wrong clock, like a drag at a place, or like nothing that has a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import takewhile
 
 import numpy as np
 
 from pendulum_sysid import decisions
-from pendulum_sysid.finding.hypotheses import list_possible_effects
+from pendulum_sysid.finding.hypotheses import (
+    choose_typical,
+    list_possible_effects,
+    make_shapes,
+)
 from pendulum_sysid.finding.replication import group_recordings, widen_intervals
 from pendulum_sysid.finding.search import Answer
 from pendulum_sysid.finding.whole_windows import measure_fitted_starts
@@ -23,6 +28,7 @@ from pendulum_sysid.fitting.parameters import list_free_parameters
 from pendulum_sysid.fitting.split import PATTERN
 from pendulum_sysid.records import Estimate, Fit, Split
 from pendulum_twin.arrays import Ints
+from pendulum_twin.effects import BY_NAME
 from pendulum_twin.parameter_vector import SLOTS
 
 
@@ -85,17 +91,18 @@ class ChangedRig:
         return sorted(changed, key=lambda size: size.difference, reverse=True)
 
 
-def find_change(case: Case, split: Split, base: Fit, best: Fit) -> ChangedRig | None:
+def find_change(case: Case, split: Split, answer: Answer) -> ChangedRig | None:
     """Return how the rig changed between its recordings; None where nothing says that it did.
 
-    Where errors above the noise remain, each part of the recordings is fitted by itself, with the
-    constants alone, with all effects, and with what is set anew at each start beside either. The
-    rig changed if every part by itself ends at the noise, and a parameter surely differs. Where
-    the pieces of windows, over which the fits go, hide all errors in the noise, as those of a
-    pole's friction, whole windows are asked in their place.
+    Where errors above the noise remain, each part of the recordings is fitted by itself, with one
+    set of effects after another (`_list_beginnings`). The rig changed if every part by itself ends
+    at the noise, and a parameter surely differs. Where the pieces of windows, over which the fits
+    go, hide all errors in the noise, as those of a pole's friction, whole windows are asked in
+    their place.
 
-    base, best: the fits to all recordings, with the constants alone and with all effects.
+    answer: of the search of all recordings.
     """
+    best = answer.best
     parts = group_recordings(case, split)
     enough = len(parts) > 1 and min(len(part) for part in parts) >= len(PATTERN)
     if not enough:
@@ -104,31 +111,45 @@ def find_change(case: Case, split: Split, base: Fit, best: Fit) -> ChangedRig | 
     left = measure_fitted_starts(case, split.learn, best) if is_hidden else best.choose
     if left <= decisions.MISFIT_AT_NOISE:
         return None
-    for together in (base, best, *_add_what_is_set_at_start(case, (base, best))):
+    for together in _list_beginnings(case, answer):
         pieces = HORIZONS[-1] if is_hidden else together.pieces
-        fits = [_fit_part(case, split, together, part, pieces) for part in parts]
-        misfit = max(own.choose for own in fits)
-        if misfit <= decisions.MISFIT_AT_NOISE:
+        every = (_fit_part(case, split, together, part, pieces) for part in parts)
+        fits = list(takewhile(lambda own: own.choose <= decisions.MISFIT_AT_NOISE, every))
+        if len(fits) == len(parts):
             sizes = _list_sizes(case, together, fits)
-            numbers = _number_recordings(case, len(parts))
+            numbers, misfit = _number_recordings(case, len(parts)), max(f.choose for f in fits)
             change = ChangedRig(numbers, together.effects, misfit, left, sizes)
             return change if change.changed else None
     return None
 
 
-def _add_what_is_set_at_start(case: Case, fits: Sequence[Fit]) -> list[Fit]:
-    """Return beginnings of fits with the effects that each start of the rig sets anew, too."""
-    possible = list_possible_effects(case.twin.rig)
-    longer = []
-    for known in fits:
-        more = [e for e in possible if e.set_at_start and e.name not in known.effects]
-        theta = known.theta.copy()
-        for effect in more:
-            theta[SLOTS[effect.name]] = [parameter.probes[0] for parameter in effect.parameters]
-        if more:
-            effects = (*known.effects, *(effect.name for effect in more))
-            longer.append(replace(known, effects=effects, theta=theta))
-    return longer
+def _list_beginnings(case: Case, answer: Answer) -> Iterator[Fit]:
+    """Yield the fits from which parts of the recordings are fitted, the simplest first.
+
+    They hold the constants alone, all effects of the best fit, and what each start of the rig sets
+    anew beside either. The change leads the search of all recordings astray, so every effect that
+    was tried alone is asked as well.
+    """
+    base, best = answer.base, answer.best
+    anew = [e.name for e in list_possible_effects(case.twin.rig) if e.set_at_start]
+    tried = [set_.effects for set_ in answer.sets]
+    for known in (base, best):
+        yield known
+        yield _add_effects(case, known, anew)
+    for effects in tried:
+        added = [effect for effect in effects if effect not in base.effects]
+        if len(added) == 1 and set(base.effects) <= set(effects):
+            yield _add_effects(case, base, added)
+
+
+def _add_effects(case: Case, known: Fit, names: Sequence[str]) -> Fit:
+    """Return the beginning of a fit with further effects at their typical sizes."""
+    more = [name for name in names if name not in known.effects]
+    theta = known.theta.copy()
+    for name in more:
+        typical = choose_typical(make_shapes(known.theta, BY_NAME[name], case.scales))
+        theta[SLOTS[name]] = typical.whole[SLOTS[name]]
+    return replace(known, effects=(*known.effects, *more), theta=theta)
 
 
 def take_changed_rig(answer: Answer, change: ChangedRig) -> Answer:
