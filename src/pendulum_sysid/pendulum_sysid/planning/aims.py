@@ -153,7 +153,7 @@ def make_partings(case: Case, split: Split, best: Fit, tie: Tie) -> list[Parting
 
 
 def list_narrowings(case: Case, split: Split, best: Fit) -> list[Narrowing]:
-    """Return an aim an interval of a fit; what is not fixed has an infinite interval."""
+    """Return an aim for each interval of a fit; what is not fixed has an infinite interval."""
     free = list_free_parameters(case.twin, best.effects, case.scales)
     if not free:
         return []

@@ -31,7 +31,7 @@ GAUGED = 1e-4  # of the largest variance, below which a direction of the prior i
 def list_band_narrowings(
     case: Case, split: Split, best: Fit, bands: Mapping[str, Floats]
 ) -> list[Narrowing]:
-    """Return an aim a measured law of a fit, but for laws over time.
+    """Return an aim for each measured law of a fit, except laws over time.
 
     A law over time is known better from a longer recording, whatever is played.
 
