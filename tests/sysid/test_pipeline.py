@@ -19,6 +19,7 @@ from pendulum_sysid.pipeline import (
     list_doubtful_sizes,
     measure_rest,
 )
+from pendulum_sysid.planning.next_experiment import CHANGED
 from pendulum_sysid.records import Estimate, Outcome
 from pendulum_sysid.telling.outcome import Findings
 from pendulum_twin.effects.effect import Scale
@@ -285,39 +286,49 @@ def test_an_effect_whose_shape_a_law_bends_is_no_name(
     assert names == (zone,) * (not bent) and perhaps == (zone,) * bent
 
 
+TIES = tuple(
+    SimpleNamespace(effect=effect, rival=rival, by_no_motion=never)
+    for effect, rival, never in (
+        ("input_delay", "sensor_delay", True),
+        ("input_delay", "motor_lag", False),
+        ("rail_tilt", "load_put_on", True),
+    )
+)
+
+
 @dataclass(frozen=True)
 class Planned:
     with_laws: str | None
+    change: object = None
     named: tuple[SimpleNamespace, ...] = (SimpleNamespace(effect="input_delay"),)
+    ties: tuple[SimpleNamespace, ...] = TIES
+    best: str = "names"
     case: None = None
     bands: None = None
-    coming: object = "before"
+    coming: object = None
 
 
 @pytest.mark.parametrize(
-    ("fit", "outcome", "coming"),
+    ("fit", "change", "outcome", "coming"),
     [
-        (None, Outcome.NAMED, "before"),
-        ("laws", Outcome.AMBIGUOUS, "before"),
-        ("laws", Outcome.NOT_IN_CATALOGUE, ("laws", ["sensor_delay"])),
+        (None, None, Outcome.NAMED, ("names", ["sensor_delay", "motor_lag", "load_put_on"])),
+        ("laws", None, Outcome.AMBIGUOUS, ("names", ["sensor_delay", "motor_lag", "load_put_on"])),
+        ("laws", None, Outcome.NOT_IN_CATALOGUE, ("laws", ["sensor_delay"])),
+        (None, "a load", Outcome.NOT_IN_CATALOGUE, CHANGED),
     ],
 )
 def test_the_next_experiment_is_for_the_fit_that_the_verdict_tells(
-    monkeypatch: pytest.MonkeyPatch, fit: str | None, outcome: Outcome, coming: object
+    monkeypatch: pytest.MonkeyPatch,
+    fit: str | None,
+    change: str | None,
+    outcome: Outcome,
+    coming: object,
 ) -> None:
     """A viscosity known to 4 % was said to be known to +-0.0021, of a value of 0.0001."""
-    ties = [
-        SimpleNamespace(effect=effect, rival=rival, by_no_motion=never)
-        for effect, rival, never in (
-            ("input_delay", "sensor_delay", True),
-            ("input_delay", "motor_lag", False),
-            ("rail_tilt", "load_put_on", True),
-        )
-    ]
     monkeypatch.setattr(pipeline, "decide_outcome", lambda findings: outcome)
     monkeypatch.setattr(
         pipeline,
         "plan_next_experiment",
         lambda case, split, best, kept, bands: (best, [tie.rival for tie in kept]),
     )
-    assert pipeline._plan_beside_laws(Planned(fit), None, ties).coming == coming
+    assert pipeline.plan_next(Planned(fit, change), None).coming == coming

@@ -34,7 +34,6 @@ from pendulum_sysid.finding.naming import (
 )
 from pendulum_sysid.finding.replication import join_intervals, widen_intervals
 from pendulum_sysid.finding.search import Answer
-from pendulum_sysid.finding.separation import Tie
 from pendulum_sysid.finding.settled_search import search_settled
 from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.finding.whole_windows import measure_whole_windows
@@ -122,7 +121,7 @@ def explain_answer(prepared: Prepared, answer: Answer, progress: Progress) -> Fi
     """Return all that a verdict is written from: the search's answer, judged, and laws."""
     case, split = prepared.case, prepared.split
     findings = measure_rest(judge_answer(case, split, answer, progress), split, progress)
-    findings = _plan_beside_laws(findings, split, answer.ties)
+    findings = plan_next(findings, split)
     if runs_at_noise(findings):
         return findings
     improved = replace(case, twin=findings.final.twin)
@@ -133,17 +132,20 @@ def explain_answer(prepared: Prepared, answer: Answer, progress: Progress) -> Fi
     return replace(findings, wandering=wandering)
 
 
-def _plan_beside_laws(findings: Findings, split: Split, ties: Sequence[Tie]) -> Findings:
-    """Return the findings with a next experiment for the fit with laws, where laws were measured.
+def plan_next(findings: Findings, split: Split) -> Findings:
+    """Return the findings with a next experiment for the fit that the verdict tells.
 
-    Laws make intervals narrow. Ties are of twins without laws, so a plan that parts them stays.
+    Laws make intervals narrow. Ties are of twins without laws, and so is a plan that parts them.
     """
-    fit = findings.with_laws
+    if findings.change:
+        return replace(findings, coming=CHANGED)
+    fit, ties = findings.with_laws, findings.ties
     if fit is None or decide_outcome(findings) is Outcome.AMBIGUOUS:
-        return findings
-    named = {effect.effect for effect in findings.named}
-    never = [tie for tie in ties if tie.by_no_motion and tie.effect in named]
-    plan = plan_next_experiment(findings.case, split, fit, never, bands=findings.bands)
+        fit = findings.best
+    else:
+        named = {effect.effect for effect in findings.named}
+        ties = tuple(tie for tie in ties if tie.by_no_motion and tie.effect in named)
+    plan = plan_next_experiment(findings.case, split, fit, ties, bands=findings.bands)
     return replace(findings, coming=plan)
 
 
@@ -182,7 +184,7 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
         before=before,
         after=after,
         floor=measure_noise_floor(replace(case, twin=best.twin), best.theta, split.held_out),
-        coming=CHANGED if change else plan_next_experiment(case, split, best, answer.ties),
+        ties=answer.ties,
         misfits=tuple(find_misfits(case, best.theta, remainders, names)),
         learned_misfit=learned_misfit,
         held_out_misfit=held_out_misfit,

@@ -270,6 +270,20 @@ def test_the_plan_is_for_what_the_verdict_does_not_know(
     assert "input_delay.delay_s is known to +-0.02 s" in capsys.readouterr().out
 
 
+def test_a_constant_that_the_diagnosis_held_stays_known(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The fit of what a verdict names changed constants that `diagnose --hold` had kept."""
+    asked = files(tmp_path, DELAY, SLOW)
+    save_twin(DELAY.hold(["pole_viscous_n_m_s"]), tmp_path / "twin.yaml")
+    names = [{"effect": "input_delay", "cannot_be_told_from": []}]
+    verdict = {"schema": "pendulum_verdict/1", "outcome": "named", "missing_physics": names}
+    (tmp_path / "verdict.json").write_text(json.dumps(verdict))
+    words = ["--verdict", str(tmp_path / "verdict.json"), "--seconds", "12", "--for", "interval"]
+    assert main(["next", *asked, *words]) == 0
+    assert "pole_viscous_n_m_s" not in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("text", "wrong"),
     [

@@ -1,4 +1,4 @@
-"""A page about an event says when something acted on the rig, and blames no place of the chain."""
+"""A page about an event, or about a rig that changed, blames no place of the chain."""
 
 from collections import namedtuple
 from dataclasses import replace
@@ -17,6 +17,7 @@ from pendulum_sysid.telling.wording import EVENTS, OUTCOMES
 from pendulum_sysid.verdict.record import MissingEffect, Verdict
 
 TIMES = ((11.0, 12.0),)
+BLAMES = ("The mismatch comes in at", "</span> here", "<dt>Place</dt>", "What is left is")
 
 
 def make_event() -> Verdict:
@@ -29,9 +30,16 @@ def test_the_page_says_when_and_not_where() -> None:
     assert EVENTS.title in page and EVENTS.meaning in page
     assert OUTCOMES[Outcome.NOT_IN_CATALOGUE].meaning not in page
     assert "At no place of the chain: something acted on the rig at 11.0–12.0" in page
-    for blame in ("The mismatch comes in at", "</span> here", "<dt>Place</dt>", "What is left is"):
+    for blame in BLAMES:
         assert blame not in page
         assert blame in render_page(replace(make_event(), events_s=()))
+
+
+def test_a_rig_that_changed_has_no_place_for_all_recordings() -> None:
+    page = render_page(replace(make_ended(Outcome.NOT_IN_CATALOGUE), rig_changed=True))
+    assert "At no place that holds for all recordings: the rig changed between them" in page
+    for blame in BLAMES:
+        assert blame not in page
 
 
 def test_the_light_says_when() -> None:

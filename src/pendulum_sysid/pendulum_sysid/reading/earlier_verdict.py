@@ -48,6 +48,11 @@ class EarlierVerdict:
         """Return the effects that a fit to positions can turn."""
         return tuple(name for name in self.twin.effects if BY_NAME[name].form is not Form.REPORT)
 
+    @property
+    def known_constants(self) -> tuple[str, ...]:
+        """Return the constants of the rig that the diagnosis took as known: it held them."""
+        return tuple(name for name, sd in self.twin.spreads.items() if sd == 0.0)
+
 
 def read_verdict(path: Path) -> EarlierVerdict:
     """Read an earlier diagnosis.

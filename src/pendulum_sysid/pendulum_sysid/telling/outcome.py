@@ -9,7 +9,7 @@ from pendulum_sysid.finding.changed_rig import ChangedRig
 from pendulum_sysid.finding.detectors import Reading
 from pendulum_sysid.finding.localisation.shape_check import Misfit
 from pendulum_sysid.finding.search import Named
-from pendulum_sysid.finding.separation import find_stand_in
+from pendulum_sysid.finding.separation import Tie, find_stand_in
 from pendulum_sysid.finding.weights import WeighedSet
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.noise_floor import NoiseFloor
@@ -22,6 +22,8 @@ from pendulum_sysid.records import Fit, Localisation, Next, Outcome
 from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME, CATALOGUE
 from pendulum_twin.effects.effect import Form, Place
+
+NOT_PLANNED = Next(None, "")
 
 
 @dataclass(frozen=True)
@@ -37,7 +39,6 @@ class Findings:
     before, after: free runs of the given and of the improved twin, by "train", "learn" (all
         windows that are not held out) and "held_out".
     floor: what a perfect model reaches on this recording; None where that cannot be measured.
-    coming: plan of the next experiment.
     misfits: named effects whose law does not have the shape that is seen; no misfit numbers.
     learned_misfit: of the final fit over windows of full length, their start states fitted.
     held_out_misfit: the same of the windows that are left out.
@@ -54,6 +55,8 @@ class Findings:
         is the given twin then.
     base_runs: free runs of the constants alone, over windows one after another; None if not asked.
     change: how the rig changed between its recordings; None where nothing says so.
+    ties: effects of the final fit that another effect could stand for.
+    coming: plan of the next experiment.
     """
 
     case: Case
@@ -65,7 +68,6 @@ class Findings:
     before: dict[str, WindowRuns]
     after: dict[str, WindowRuns]
     floor: NoiseFloor | None
-    coming: Next
     misfits: tuple[Misfit, ...] = ()
     learned_misfit: float = 1.0
     held_out_misfit: float = 1.0
@@ -81,6 +83,8 @@ class Findings:
     given_stays: bool = False
     base_runs: WindowRuns | None = None
     change: ChangedRig | None = None
+    ties: tuple[Tie, ...] = ()
+    coming: Next = NOT_PLANNED
 
     @property
     def final(self) -> Fit:

@@ -81,11 +81,13 @@ def _plan(done: Finished, goal: str | None, seconds: float) -> Next:
 def _finish(arguments: argparse.Namespace) -> Finished:
     """Return what is named as an earlier diagnosis has it, or found now."""
     earlier = None if arguments.verdict is None else read_verdict(arguments.verdict)
+    twin = load_twin(arguments.twin)
     arguments.progress.report(Stage.READING)
     recordings = read_recordings(arguments.bag, arguments)
     if earlier is not None:
         check_recordings(arguments.verdict, earlier, [each.digest for each in recordings])
-    prepared = prepare(recordings, load_twin(arguments.twin))
+        twin = twin.hold(earlier.known_constants)
+    prepared = prepare(recordings, twin)
     for doubt in prepared.doubts:
         say(f"before you play the plan: {doubt}", ANSWERED)
     case, windows = prepared.case, prepared.split
