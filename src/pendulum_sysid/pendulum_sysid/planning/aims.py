@@ -25,12 +25,34 @@ from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Form
 
 
+@dataclass(frozen=True, eq=False)
+class Linearisation:
+    """Hold about which twin, and in which parameters, the errors of runs are linearised.
+
+    theta: (SIZE,) parameter vector of the twin.
+    free: the parameters.
+    targets: (targets, SIZE) twins, the changes to which are columns as well; None for none.
+
+    Aims that hold the same linearisation share its normal matrix.
+    """
+
+    theta: Floats
+    free: tuple[Free, ...]
+    targets: Floats | None = None
+
+    def compute_normal(self, problem: Problem, power: Floats) -> Floats:
+        """Return the normal matrix on windows of another recording, without beliefs."""
+        free = forget_beliefs(self.free)
+        return compute_columns(problem, self.theta, free, power, (), self.targets).normal
+
+
 class Aim(Protocol):
     """Say what every aim offers.
 
     subject: what the aim is about, for a person.
     mover: (SIZE,) parameter vector of the twin that plays the plan.
-    normal: normal matrix of the aim's columns on the recordings at hand.
+    linearisation: the columns that the aim is judged by.
+    normal: normal matrix of the aim's directions on the recordings at hand.
     """
 
     @property
@@ -45,8 +67,12 @@ class Aim(Protocol):
     def normal(self) -> Floats:
         """Return the normal matrix on the recordings at hand."""
 
-    def compute_normal(self, problem: Problem, power: Floats) -> Floats:
-        """Return the normal matrix on windows of another recording, without beliefs."""
+    @property
+    def linearisation(self) -> Linearisation:
+        """Return the columns that the aim is judged by."""
+
+    def turn(self, normal: Floats) -> Floats:
+        """Return the normal matrix of the aim's directions from that of the linearisation."""
 
     def rate(self, normal: Floats) -> float:
         """Return how well a normal matrix serves the aim; more is better."""
@@ -57,24 +83,22 @@ class Parting:
     """Tell a twin from a rival whose free parameters follow as far as they can.
 
     mover: (SIZE,) parameter vector of the twin that plays.
-    rival: (SIZE,) parameter vector of the other twin.
-    free: the parameters of the rival that follow.
+    linearisation: about the rival, in its parameters that follow, with the change to the mover.
     """
 
     subject: str
     mover: Floats
-    rival: Floats
-    free: tuple[Free, ...]
+    linearisation: Linearisation
     normal: Floats
 
-    def compute_normal(self, problem: Problem, power: Floats) -> Floats:
+    def turn(self, normal: Floats) -> Floats:
         """Return the normal matrix of the rival's columns and of the difference of the twins."""
-        free, difference = forget_beliefs(self.free), self.mover[None]
-        return compute_columns(problem, self.rival, free, power, (), difference).normal
+        return normal
 
     def rate(self, normal: Floats) -> float:
         """Return the standard errors between the two twins."""
-        columns = Columns(normal, self.free, (), (), len(self.free))
+        free = self.linearisation.free
+        columns = Columns(normal, free, (), (), len(free))
         return compute_rest(columns, columns.get_target()).distance
 
 
@@ -82,8 +106,7 @@ class Parting:
 class Narrowing:
     """Narrow the interval of a parameter, or the band of a measured law.
 
-    mover: (SIZE,) parameter vector of the fitted twin.
-    free: all parameters of the fit.
+    linearisation: about the fitted twin, in all parameters of the fit.
     halves: (values,) half widths of the interval, or of the band at its knots, now, in `unit`;
         infinite where nothing is fixed.
     scale: magnitude of the value, or its typical size where the value is smaller, in `unit`.
@@ -93,8 +116,7 @@ class Narrowing:
     """
 
     subject: str
-    mover: Floats
-    free: tuple[Free, ...]
+    linearisation: Linearisation
     halves: Floats
     scale: float
     unit: str
@@ -107,11 +129,15 @@ class Narrowing:
         """Return the half width of the interval now, of a band the mean."""
         return float(np.mean(self.halves))
 
-    def compute_normal(self, problem: Problem, power: Floats) -> Floats:
+    @property
+    def mover(self) -> Floats:
+        """Return the parameter vector of the fitted twin."""
+        return self.linearisation.theta
+
+    def turn(self, normal: Floats) -> Floats:
         """Return the normal matrix of the directions."""
-        columns = compute_columns(problem, self.mover, forget_beliefs(self.free), power)
-        normal: Floats = self.directions.T @ columns.normal @ self.directions
-        return normal
+        turned: Floats = self.directions.T @ normal @ self.directions
+        return turned
 
     def rate(self, normal: Floats) -> float:
         """Return the value over the half width that is to be expected."""
@@ -146,9 +172,9 @@ def make_partings(case: Case, split: Split, best: Fit, tie: Tie) -> list[Parting
     at_hand, power = case.problem(windows), best.power / weight
     aims = []
     for mover, rival, follows in ((best.theta, tie.theta, free), (tie.theta, best.theta, own)):
-        aim = Parting(f"{tie.effect} and {tie.rival}", mover, rival, follows, np.empty(0))
-        columns = compute_columns(at_hand, rival, follows, power, (), mover[None])
-        aims.append(replace(aim, normal=columns.normal))
+        about = Linearisation(rival, follows, mover[None])
+        columns = compute_columns(at_hand, rival, follows, power, (), about.targets)
+        aims.append(Parting(f"{tie.effect} and {tie.rival}", mover, about, columns.normal))
     return aims
 
 
@@ -159,7 +185,7 @@ def list_narrowings(case: Case, split: Split, best: Fit) -> list[Narrowing]:
         return []
     windows, weight = pick_deciding_windows(case.state, split, best.pieces)
     normal = compute_columns(case.problem(windows), best.theta, free, best.power / weight).normal
-    aims, axes = [], np.eye(len(free))
+    about, aims, axes = Linearisation(best.theta, free), [], np.eye(len(free))
     for k, parameter in enumerate(free):
         if not is_fitted_to_positions(parameter.name):
             continue
@@ -169,8 +195,7 @@ def list_narrowings(case: Case, split: Split, best: Fit) -> list[Narrowing]:
         aims.append(
             Narrowing(
                 subject=parameter.name,
-                mover=best.theta,
-                free=free,
+                linearisation=about,
                 halves=np.array([np.inf if unfixed else half]),
                 scale=max(abs(parameter.get(best.theta)), parameter.size),
                 unit=parameter.unit,

@@ -83,10 +83,12 @@ class Setting:
         """Return the normal matrix of each aim on a run that has a lane a twin."""
         problems = [self._make_problem(run, first_lane + twin) for twin in range(len(self.movers))]
         weighed = self.power / decisions.DECIDING_SHARE
-        return [
-            aim.compute_normal(problems[twin], weighed)
+        players = {
+            aim.linearisation: problems[twin]
             for aim, twin in zip(self.aims, self.twin_of, strict=True)
-        ]
+        }
+        normals = {about: about.compute_normal(p, weighed) for about, p in players.items()}
+        return [aim.turn(normals[aim.linearisation]) for aim in self.aims]
 
     def _make_problem(self, run: PlayedRun, lane: int) -> Problem:
         signals = run.make_signals(lane, self.case.signals)

@@ -18,7 +18,7 @@ from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.measuring.curve import Curve, list_curves
 from pendulum_sysid.measuring.penalised_fit import list_all_free, list_parts
 from pendulum_sysid.measuring.smoothness import choose_smoothness, eliminate, make_covariance
-from pendulum_sysid.planning.aims import Narrowing
+from pendulum_sysid.planning.aims import Linearisation, Narrowing
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Floats
 from pendulum_twin.laws.kind import Variable
@@ -53,12 +53,12 @@ def list_band_narrowings(
     ]
     directions = block_diag(np.eye(own), *draws)
     drawn = np.arange(directions.shape[1]) >= own
+    about = Linearisation(theta, free)
     seen = directions.T @ normal @ directions + np.diag(drawn.astype(float))
     return [
         Narrowing(
             subject=curve.kind.name,
-            mover=theta,
-            free=free,
+            linearisation=about,
             halves=band,
             scale=float(np.sqrt(np.mean(curve.get_values(theta) ** 2))),
             unit=curve.kind.quantity.unit,
