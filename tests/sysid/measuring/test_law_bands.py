@@ -10,7 +10,8 @@ from support.measured_laws import measure_beside_constants
 
 from pendulum_sysid.measuring.law_bands import _project, widen_bands
 from pendulum_sysid.measuring.measure import Measured
-from pendulum_sysid.measuring.shapes import SHAPES, fit_shape
+from pendulum_sysid.measuring.shape_fit import fit_shape
+from pendulum_sysid.measuring.shapes import SHAPES
 from pendulum_twin.laws import BY_NAME
 from pendulum_twin.laws.law import Law, evaluate_law
 from pendulum_twin.model import Twin

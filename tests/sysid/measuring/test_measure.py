@@ -41,7 +41,8 @@ from pendulum_sysid.measuring.naming import (
 )
 from pendulum_sysid.measuring.penalised_fit import LawFit
 from pendulum_sysid.measuring.ranking import rank_curves
-from pendulum_sysid.measuring.shapes import SHAPES, FittedShape
+from pendulum_sysid.measuring.shape_fit import FittedShape
+from pendulum_sysid.measuring.shapes import SHAPES
 from pendulum_sysid.measuring.shared_parameters import list_shared_parameters
 from pendulum_sysid.prepare import prepare
 from pendulum_sysid.records import Recording
@@ -706,13 +707,45 @@ CALM, WILD = np.full(WINDOWS, 1.0), np.where(np.arange(WINDOWS) % 2, 1.3, 0.8)
 def test_names_stay_unless_whole_windows_run_better_without(simple, rich, with_names, without):
     """Effects that are no names go unless whole windows run better with them."""
 
-    def make_measured(factors):
-        whole = make_fit(make_errors(seed=1, windows=WINDOWS) * factors[:, None])
-        return SimpleNamespace(is_at_noise=False, over_whole_windows=whole)
-
-    simple, rich = make_measured(simple), make_measured(rich)
+    simple, rich = make_judged(simple), make_judged(rich)
     assert is_better(simple, rich, has_names=True) is with_names
     assert is_better(simple, rich, has_names=False) is without
+
+
+def make_judged(factors, is_at_noise=False, laws=1):
+    """Return stand-ins of laws: errors over whole windows, and a number of laws."""
+    whole = make_fit(make_errors(seed=1, windows=WINDOWS) * factors[:, None])
+    return SimpleNamespace(
+        is_at_noise=is_at_noise, over_whole_windows=whole, kinds=("law",) * laws
+    )
+
+
+@pytest.mark.parametrize(
+    ("simple", "laws", "rich", "more_laws", "is_simple"),
+    [
+        (CALM, 1, CALM, 1, True),
+        (CALM, 2, CALM, 1, False),
+        (1.01 * CALM, 1, CALM, 2, True),
+        (5.0 * CALM, 5, CALM, 6, False),
+        (CALM, 3, 5.0 * CALM, 1, True),
+    ],
+    ids=["alike", "fewer laws", "by little", "more laws, surely", "fewer laws, worse"],
+)
+def test_at_the_noise_whole_windows_decide_and_then_the_number_of_laws(
+    simple, laws, rich, more_laws, is_simple
+):
+    """A fit with five laws came first: 1.34 over short windows, but 19.5 over whole windows.
+
+    The fit with six laws, which held the laws of the rig, ended at 0.78.
+    """
+    simple, rich = make_judged(simple, True, laws), make_judged(rich, True, more_laws)
+    for has_names in (True, False):
+        assert is_better(simple, rich, has_names) is is_simple
+
+
+def test_a_fit_at_the_noise_is_better_than_a_fit_above_the_noise():
+    above, at_noise = make_judged(0.5 * CALM), make_judged(CALM, True)
+    assert is_better(at_noise, above, True) and not is_better(above, at_noise, True)
 
 
 def test_whole_windows_are_run_with_what_short_windows_fitted():

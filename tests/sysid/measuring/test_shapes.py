@@ -3,13 +3,8 @@
 import numpy as np
 import pytest
 
-from pendulum_sysid.measuring.shapes import (
-    GAIN_TIME_SHAPES,
-    SETTLING_WAVE,
-    SHAPES,
-    TURN_SHAPES,
-    rank_shapes,
-)
+from pendulum_sysid.measuring.shape_fit import rank_shapes
+from pendulum_sysid.measuring.shapes import GAIN_TIME_SHAPES, SETTLING_WAVE, SHAPES, TURN_SHAPES
 
 X = np.linspace(-0.4, 0.4, 20)
 CLOCK = np.linspace(0.0, 60.0, 61)
@@ -23,6 +18,11 @@ CASES = {
     "wave": (X, 0.5 * np.sin(2 * np.pi * X / 0.23), {"period": 0.23, "sine": 0.5}),
     "wave, many": (CLOCK, 0.3 * np.sin(0.27 * 2 * np.pi * CLOCK + 1.0), {"period": 1 / 0.27}),
     "saturation": (X, 0.7 * np.tanh(X / 0.1), {"width": 0.1, "factor": 0.7}),
+    "bend": (
+        X,
+        0.05 + 0.1 * np.minimum(X - 0.1, 0.0) - 0.3 * np.maximum(X - 0.1, 0.0),
+        {"before": 0.1, "behind": -0.3, "offset": 0.05, "place": 0.1},
+    ),
     "exponential": (X + 0.4, 1.0 - np.exp(-(X + 0.4) / 0.2), {"length": 0.2, "factor": -1.0}),
     "exponential and wave": (
         CLOCK,
@@ -61,6 +61,15 @@ def test_a_sharp_edge_is_fitted_by_finite_numbers():
     x = np.linspace(-0.4, 0.4, 21)
     for fitted in rank_shapes(SHAPES, x, np.sign(x), 1e-6 * np.eye(21)):
         assert np.isfinite([*fitted.values, *fitted.curve, fitted.misfit]).all(), fitted.shape.name
+
+
+def test_a_straight_line_seldom_has_a_bend():
+    x = np.linspace(-0.4, 0.4, 21)
+    best = [
+        rank_shapes(SHAPES, x, 0.2 * x + noise, 1e-6 * np.eye(21))[0].shape.name
+        for noise in 0.001 * np.random.default_rng(2).normal(size=(20, 21))
+    ]
+    assert best.count("bend") <= 2, best
 
 
 def test_a_bump_whose_top_was_not_seen_is_no_bump():

@@ -8,7 +8,8 @@ import pytest
 
 from pendulum_sysid.measuring.curve import Curve
 from pendulum_sysid.measuring.naming import NamedCurve
-from pendulum_sysid.measuring.shapes import SETTLING_WAVE, SHAPES, TURN_SHAPES, FittedShape, Shape
+from pendulum_sysid.measuring.shape_fit import FittedShape
+from pendulum_sysid.measuring.shapes import SETTLING_WAVE, SHAPES, TURN_SHAPES, Shape
 from pendulum_sysid.telling.law_text import list_units, write_sentence
 from pendulum_twin.laws import BY_NAME
 

@@ -21,7 +21,8 @@ from pendulum_sysid.fitting.parameters import (
 from pendulum_sysid.fitting.windows import shorten_windows
 from pendulum_sysid.measuring.curve import Curve, find_slot
 from pendulum_sysid.measuring.penalised_fit import invert_normal, make_estimates
-from pendulum_sysid.measuring.shapes import FittedShape, Shape
+from pendulum_sysid.measuring.shape_fit import FittedShape
+from pendulum_sysid.measuring.shapes import Shape
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Floats, Mask
 from pendulum_twin.laws.kind import LIMITS

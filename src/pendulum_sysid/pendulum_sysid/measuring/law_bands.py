@@ -22,7 +22,7 @@ from pendulum_sysid.measuring.penalised_fit import (
     list_parts,
     make_penalty,
 )
-from pendulum_sysid.measuring.shapes import FittedShape, draw_slopes
+from pendulum_sysid.measuring.shape_fit import FittedShape, draw_slopes
 from pendulum_sysid.measuring.smoothness import Smoothness, make_correlation
 from pendulum_twin.arrays import Floats
 from pendulum_twin.laws.law import make_curve_matrix

@@ -66,9 +66,8 @@ def measure_best_laws(
 ) -> Measured | None:
     """Return the fit with measured laws from the best start; None where no law helps for sure.
 
-    At the noise the best has the fewest laws; above the noise whole windows decide
-    (`is_better`). Names that stay are asked whether the twin needs them beside the laws
-    (`names_beside_laws`).
+    Whole windows decide which is the best; where they do not, the fewest laws do (`is_better`).
+    Names that stay are asked whether the twin needs them beside the laws (`names_beside_laws`).
 
     Runs take long steps while laws are tried; the laws that are kept are fitted with the twin's
     own steps. A curve over time whose formula is lost there goes: it would be played in the next
@@ -105,20 +104,18 @@ def measure_best_laws(
 def is_better(simple: Measured, rich: Measured, has_names: bool) -> bool:
     """Return whether the fit with fewer effects is the better of two with laws.
 
-    Above the noise whole windows decide: over the short windows that laws are fitted to, an error
-    that adds up counts little (a law in place of dry friction creeps from rest). Names stay unless
-    the fit without them is really ahead; other effects go unless the fit with them is.
+    A fit at the noise is better than a fit above the noise. Otherwise whole windows decide: over
+    the short windows that laws are fitted to, an error that adds up counts little (a law in place
+    of dry friction creeps from rest). Where neither fit is really ahead, the fit with fewer laws
+    stays at the noise. Above the noise names stay, and other effects go.
 
     has_names: whether effects of the rich fit are names.
     """
-    if simple.is_at_noise and rich.is_at_noise:
-        return len(simple.law_fit.curves) <= len(rich.law_fit.curves)
     if simple.is_at_noise != rich.is_at_noise:
         return simple.is_at_noise
     fewer, more = simple.over_whole_windows, rich.over_whole_windows
-    if has_names:
-        return compute_lead(fewer, more).is_real
-    return not compute_lead(more, fewer).is_real
+    stays = len(simple.kinds) <= len(rich.kinds) if simple.is_at_noise else not has_names
+    return not compute_lead(more, fewer).is_real if stays else compute_lead(fewer, more).is_real
 
 
 def measure_laws(

@@ -11,16 +11,14 @@ from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.measuring.curve import Curve
 from pendulum_sysid.measuring.formula_fit import fit_formula
 from pendulum_sysid.measuring.penalised_fit import LawFit
+from pendulum_sysid.measuring.shape_fit import FittedShape, is_place_seen, rank_shapes
 from pendulum_sysid.measuring.shapes import (
     GAIN_TIME_SHAPES,
     SHAPES,
     SPEED_SHAPES,
     TIME_SHAPES,
     TURN_SHAPES,
-    FittedShape,
     Shape,
-    is_place_seen,
-    rank_shapes,
 )
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Floats
@@ -118,13 +116,13 @@ def select_shapes(kind: LawKind) -> tuple[Shape, ...]:
 def _is_certain(shape: FittedShape) -> bool:
     """Return whether the interval of a factor leaves out 0; of the offset only where it is all.
 
-    Of an edge the two sides have to differ, and of a sum each part has to be sure. Something has
+    The two sides of a place have to differ, and of a sum each part has to be sure. Something has
     to fix every parameter, and what repeats has a period that is surely not 0.
     """
     factors = shape.shape.factors
     if not np.all(np.isfinite(shape.deviations)):
         return False
-    if shape.shape.edge:
+    if shape.shape.two_sided:
         apart = abs(float(shape.values[1] - shape.values[0]))
         return apart > decisions.INTERVAL_DEVIATIONS * float(np.hypot(*shape.deviations[:2]))
     sure = np.abs(shape.values) > decisions.INTERVAL_DEVIATIONS * shape.deviations

@@ -1,18 +1,11 @@
-"""Shapes that a measured curve may have, and the fit of a shape to a curve with its band.
-
-A shape is linear in some of its parameters: for every start of the others these follow by least
-squares (variable projection; Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413), and the best
-start is refined.
-"""
+"""Shapes that a measured curve may have: formulas that are linear in some of their parameters."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import product
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from pendulum_twin.arrays import Floats
 
@@ -37,6 +30,7 @@ class Shape:
     starts: of each of these; made from the lowest place, the range and the number of places.
     words: what the curve does, for a person, with the parameters in braces and {x}, the unit of
         the variable: a growth is said for a step of this unit.
+    two_sided: True where the first two factors are of the curve before and behind `place`.
     edge: True for a curve that goes from a constant to another at `place`, within some `width`.
     parts: factors of the parts of a sum; each part has to be there. Empty for a single part.
     powers: of the variable's unit, by which the unit of a factor is divided; 0 where not listed.
@@ -49,6 +43,7 @@ class Shape:
     more: tuple[str, ...] = ()
     starts: Callable[[float, float, int], tuple[tuple[float, ...], ...]] = lambda *_: ()
     words: str = ""
+    two_sided: bool = False
     edge: bool = False
     parts: tuple[tuple[str, ...], ...] = ()
     powers: Mapping[str, int] = field(default_factory=dict)
@@ -173,7 +168,20 @@ SHAPES: tuple[Shape, ...] = (
         ("place", "width"),
         lambda low, span, count: (_grid_centres(low, span), tuple(span * np.array([0.005, 0.03]))),
         words="is {before} before {place} and {behind} behind it",
+        two_sided=True,
         edge=True,
+    ),
+    Shape(
+        "bend",
+        "{offset} + {before} min(x - {place}, 0) + {behind} max(x - {place}, 0)",
+        lambda x, place: _stack(np.minimum(x - place, 0), np.maximum(x - place, 0), _ones(x)),
+        ("before", "behind", "offset"),
+        ("place",),
+        lambda low, span, count: (_grid_centres(low, span),),
+        words="is {offset} at {place}, and changes by {before} for each {x} before it and by "
+        "{behind} behind it",
+        two_sided=True,
+        powers={"before": 1, "behind": 1},
     ),
     Shape(
         "saturation",
@@ -222,124 +230,9 @@ SETTLING_WAVE = Shape(
     parts=(("factor",), ("sine", "cosine")),
 )
 # An event at an instant happens in a recording; the rig does not repeat it in the next.
-TIME_SHAPES: tuple[Shape, ...] = tuple(s for s in SHAPES if s.name not in ("bump", "step"))
+TIME_SHAPES: tuple[Shape, ...] = tuple(s for s in SHAPES if s.name not in ("bump", "step", "bend"))
 # The gain of a drive has one law over time, and several causes: a battery recovers while the
 # supply swings.
 GAIN_TIME_SHAPES: tuple[Shape, ...] = (*TIME_SHAPES, SETTLING_WAVE)
 # Teeth and ripples come again along the rail and in time, and nothing does along a velocity.
 SPEED_SHAPES: tuple[Shape, ...] = tuple(s for s in SHAPES if s.name != "wave")
-
-
-@dataclass(frozen=True)
-class FittedShape:
-    """Hold a shape with its parameters.
-
-    values: (parameters,) factors, then the others.
-    deviations: (parameters,) their standard deviations.
-    curve: (knots,) its values at the knots.
-    misfit: sum of squares in units of the curve's own uncertainty.
-    """
-
-    shape: Shape
-    values: Floats
-    deviations: Floats
-    curve: Floats
-    misfit: float
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Return the names of the parameters."""
-        return (*self.shape.factors, *self.shape.more)
-
-    @property
-    def cost(self) -> float:
-        """Return the misfit with what its parameters may fit by chance (Schwarz, 1978)."""
-        return self.misfit + len(self.values) * float(np.log(len(self.curve)))
-
-
-def fit_shape(shape: Shape, x: Floats, y: Floats, root: Floats) -> FittedShape:
-    """Return the shape nearest to a curve.
-
-    x, y: (knots,) the curve.
-    root: (k, knots) such that root @ error has independent parts of unit variance.
-    """
-    low, span = float(x.min()), float(np.ptp(x))
-    best: tuple[float, tuple[float, ...]] = (np.inf, ())
-    for start in product(*shape.starts(low, span, len(x))):
-        misfit = float(np.sum(_solve(shape, x, y, root, start)[1] ** 2))
-        best = min(best, (misfit, start), key=lambda pair: pair[0])
-    more = np.array(best[1])
-    if len(more):
-        scale = np.where(more == 0.0, span, np.abs(more))
-        refined = least_squares(
-            lambda z: _solve(shape, x, y, root, z * scale)[1], more / scale, max_nfev=60
-        )
-        more = refined.x * scale
-    factors, off = _solve(shape, x, y, root, more)
-    values = np.concatenate([factors, more])
-    curve = shape.draw_columns(x, more) @ factors
-    return FittedShape(
-        shape,
-        values,
-        _compute_deviations(shape, x, root, values, float(np.sum(off**2))),
-        curve,
-        float(np.sum(off**2)),
-    )
-
-
-def _solve(
-    shape: Shape, x: Floats, y: Floats, root: Floats, more: Sequence[float] | Floats
-) -> tuple[Floats, Floats]:
-    """Return the factors and what they leave, in units of uncertainty."""
-    weighted = root @ shape.draw_columns(x, more)
-    factors = np.linalg.lstsq(weighted, root @ y, rcond=1e-12)[0]
-    return factors, root @ y - weighted @ factors
-
-
-def _compute_deviations(
-    shape: Shape, x: Floats, root: Floats, values: Floats, misfit: float
-) -> Floats:
-    weighted = root @ draw_slopes(shape, x, values)
-    spread = np.linalg.pinv(weighted.T @ weighted, rcond=1e-12, hermitian=True)
-    wider = max(1.0, misfit / max(len(x) - len(values), 1))
-    return np.sqrt(np.maximum(np.diag(spread), 0.0) * wider)
-
-
-def draw_slopes(shape: Shape, x: Floats, values: Floats) -> Floats:
-    """Return how the curve changes with the parameters of its shape, (knots, parameters)."""
-    count = len(shape.factors)
-
-    def draw(values: Floats) -> Floats:
-        return np.asarray(shape.draw_columns(x, values[count:]) @ values[:count])
-
-    slopes = np.empty((len(x), len(values)))
-    for k, value in enumerate(values):
-        step = 1e-5 * max(abs(float(value)), 1e-9)
-        moved = values.copy()
-        moved[k] += step
-        slopes[:, k] = (draw(moved) - draw(values)) / step
-    return slopes
-
-
-def rank_shapes(
-    shapes: Sequence[Shape], x: Floats, y: Floats, covariance: Floats
-) -> list[FittedShape]:
-    """Return the shapes fitted to a curve, the most believable first.
-
-    A straight line that ends in a bend is also the flank of a bump five times as far away as the
-    curve reaches: a shape whose place was not seen is left out.
-
-    covariance: (knots, knots) of y.
-    """
-    power, along = np.linalg.eigh(covariance)
-    kept = power > 1e-10 * power[-1]
-    root = (along[:, kept] / np.sqrt(power[kept])).T
-    fitted = [fit_shape(shape, x, y, root) for shape in shapes if len(x) > len(shape.factors) + 2]
-    seen = [shape for shape in fitted if is_place_seen(shape, x)]
-    return sorted(seen, key=lambda shape: shape.cost)
-
-
-def is_place_seen(fitted: FittedShape, x: Floats) -> bool:
-    """Return whether the middle of a bump or an edge lies on the curve: else nothing shows it."""
-    places = [v for n, v in zip(fitted.names, fitted.values, strict=True) if n in PLACES]
-    return all(x.min() <= place <= x.max() for place in places)

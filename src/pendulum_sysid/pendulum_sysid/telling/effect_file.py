@@ -21,6 +21,7 @@ EXPRESSIONS: dict[str, str] = {
     "exponential": "factor * exp(-(at - x0) / length)",
     "bump": "factor * exp(-((at - centre) / width) * ((at - centre) / width))",
     "step": "before + (behind - before) / (1.0 + exp(-(at - place) / width))",
+    "bend": "before * min(at - place, 0.0) + behind * max(at - place, 0.0)",
     "saturation": "factor * (1.0 - 2.0 / (exp(2.0 * at / width) + 1.0))",
     "wave": "sine * sin_cos(6.283185307179586 * at / period)[0] "
     "+ cosine * sin_cos(6.283185307179586 * at / period)[1]",

@@ -6,7 +6,8 @@ import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.measuring.naming import NamedCurve, select_shapes
-from pendulum_sysid.measuring.shapes import FittedShape, Shape
+from pendulum_sysid.measuring.shape_fit import FittedShape
+from pendulum_sysid.measuring.shapes import Shape
 from pendulum_twin.laws.kind import LawKind, Role, Variable
 from pendulum_twin.laws.law import compute_turn
 
