@@ -246,6 +246,7 @@ LEAD_ANSWER_STANDARD_ERRORS = 8.0  # standard errors; rigs show 5 at most, a fil
 LEAD_ANSWER_LEAST_ROWS = 300  # rows; 38 weights are fitted
 REST_SPEED_SHARE = 0.05  # of RMS speed; of a cart that hardly moves
 DRIVE_PIECES = 8  # pieces; of a drive's curve, to either side
+ANSWER_TRIMMED = 0.25  # of rows; the worst explained: impacts, which no command explains
 ANSWER_LATEST_S = 0.2  # s; by which an answer may come late
 MOVING_DEVIATIONS = 20.0  # deviations; a joint must travel further than noise does
 FROZEN_LEAST_S = 0.5  # s; a shorter standstill is not judged

@@ -159,6 +159,31 @@ def test_the_right_command_is_followed_and_another_is_not(twin: Twin) -> None:
     assert not follows_command(other, smooth_state(other))
 
 
+@pytest.mark.parametrize(("stiffness_n_m", "end_m"), [(2000.0, 0.2), (60.0, 0.2)])
+def test_a_cart_that_hits_buffers_follows_the_command(stiffness_n_m: float, end_m: float) -> None:
+    """Impacts are larger than all that the drive does, and no command explains them.
+
+    A recording whose cart hit springs at both ends was refused, with the advice to check the
+    command's topic.
+    """
+    at = np.linspace(-0.6, 0.6, 120)
+    pressed = np.maximum(at - end_m, 0.0) + np.minimum(at + end_m, 0.0)
+    buffers = {"cart_force_by_position": Law(tuple(at), tuple(-stiffness_n_m * pressed))}
+    random = np.random.default_rng(0)
+    lengths = np.round(random.uniform(0.4, 1.6, 60) / PERIOD_S).astype(int)
+    command = 0.2 * np.repeat(np.where(np.arange(60) % 2, -1.0, 1.0), lengths)[:3000]
+    states = made_states(Twin("buffers", INTECO.rig, measured_laws=buffers), command)
+    cart = states[:, 0] + random.normal(0.0, 1e-5, len(command))
+    pole = states[:, 1] + random.normal(0.0, 5e-4, len(command))
+    every = np.ones(len(command), dtype=bool)
+    signals = Signals(PERIOD_S, command, cart, pole, every, every)
+    assert 0.05 < np.mean(np.abs(cart) > end_m) < 0.5, "it hits them"
+    state = smooth_state(signals)
+    assert follows_command(signals, state)
+    for other in (command[::-1].copy(), np.roll(command, 700)):
+        assert not follows_command(replace(signals, command=other), state)
+
+
 def test_a_fast_recording_is_reduced() -> None:
     count = 8000
     t = np.arange(count) * 1e-4

@@ -17,7 +17,7 @@ from pendulum_sysid import decisions
 from pendulum_sysid.finding.exchange import refit_tie, screen_effects
 from pendulum_sysid.finding.hypotheses import Shape, list_possible_effects
 from pendulum_sysid.finding.identifiability import find_ties, make_question
-from pendulum_sysid.finding.separation import Columns, compute_rest
+from pendulum_sysid.finding.separation import Columns, compute_rest, is_rival
 from pendulum_sysid.fitting.fit import fit
 from pendulum_sysid.fitting.parameters import list_free_parameters
 from pendulum_twin.effects import BY_NAME, CATALOGUE
@@ -35,6 +35,14 @@ def test_a_rich_recording_ties_nothing(name: str) -> None:
     recording, truth = record_hidden({name: HIDDEN[name]}, seed=1, seconds=20.0)
     ties = find_ties(*fit_recordings([recording], truth))
     assert ties == ()
+
+
+@pytest.mark.parametrize("other", ["friction_warming", "rail_friction_patch"])
+def test_what_becomes_an_effect_at_an_end_of_its_range_is_no_rival(other: str) -> None:
+    """Dry friction was told to be tied with a friction that warms up ever more slowly."""
+    friction = BY_NAME["cart_coulomb_friction"]
+    assert not is_rival(BY_NAME[other], friction, ())
+    assert is_rival(friction, BY_NAME[other], ())
 
 
 def test_a_slow_recording_ties_delay_and_lag_in_both_directions() -> None:

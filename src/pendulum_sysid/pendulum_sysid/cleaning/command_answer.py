@@ -29,12 +29,14 @@ from pendulum_sysid.cleaning.stale_start import (
     list_brakes,
 )
 from pendulum_sysid.errors import UnusableRecording
-from pendulum_twin.arrays import Floats, Ints
+from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.signals import Signals
 
+TRIMMING_STEPS = 3
 NO_ANSWER = (
     "expected the cart to follow the command, found it moving no more by it than without: "
-    "check the command topic, the stamps, the drive and the encoders"
+    "check the command topic, the stamps, the drive and the encoders, and whether the cart hits "
+    "something"
 )
 
 
@@ -54,7 +56,8 @@ def follows_command(signals: Signals, state: SmoothState) -> bool:
     independent from block to block (a sandwich). If it is not, the command gets more weights: a
     second, times the position, for the drive's gain may change along the rail, up to its sign; or
     those of a curve, for a drive with a dead zone answers the strong pushes of a swing-up and few
-    of the small commands that balance the pole. True where the cart moves too little to tell.
+    of the small commands that balance the pole; or the rows that are explained worst are left out,
+    for no command explains how a cart hits a buffer. True where the cart moves too little to tell.
     Where nothing is commanded, brakes and the pole have to explain most of the acceleration.
     """
     rows, take_mean = make_filter(signals, state)
@@ -74,16 +77,17 @@ def follows_command(signals: Signals, state: SmoothState) -> bool:
     latest = round(decisions.ANSWER_LATEST_S / signals.period_s)
     commands = [delay_command(signals, late) for late in range(0, latest + 1, step)]
 
-    def is_certain(list_drives: Callable[[Floats], Floats]) -> bool:
+    def is_certain(list_drives: Callable[[Floats], Floats], trimmed: float = 0.0) -> bool:
         """Return whether what is listed of a command, (n,) to (n, k), explains the cart."""
         fits = [
-            _fit_balance(take_mean(list_drives(command)), others, target, block)
+            _fit_balance(take_mean(list_drives(command)), others, target, block, trimmed)
             for command in commands
         ]
         return min(fits)[1] > decisions.ANSWER_STANDARD_ERRORS
 
     return (
         is_certain(lambda command: command[:, None])
+        or is_certain(lambda command: command[:, None], decisions.ANSWER_TRIMMED)
         or is_certain(lambda command: np.column_stack([command, command * position]))
         or is_certain(lambda command: bend_command(command, signals.command))
     )
@@ -146,16 +150,20 @@ def make_filter(signals: Signals, state: SmoothState) -> tuple[Ints, Callable[[F
 
 
 def _fit_balance(
-    driven: Floats, others: Floats, target: Floats, block: Ints
+    driven: Floats, others: Floats, target: Floats, block: Ints, trimmed: float
 ) -> tuple[float, float]:
     """Return what is left of the target, m/s^2, and the command's weights in standard errors.
 
     driven: (rows, weights) by which the command acts.
+    trimmed: share of the rows, the worst explained, that are left out.
 
     Several weights count together: the root of Wald's statistic per weight.
     """
     columns = np.column_stack([driven, others])
     columns = columns / (np.sqrt(np.mean(columns**2, axis=0)) + np.finfo(float).tiny)
+    if trimmed:
+        usual = _pick_usual_rows(columns, target, trimmed)
+        columns, target, block = columns[usual], target[usual], block[usual]
     weights = np.linalg.lstsq(columns, target, rcond=None)[0]
     left = target - columns @ weights
     count = driven.shape[1]
@@ -167,3 +175,17 @@ def _fit_balance(
     own, covariance = weights[:count], covariance[:count, :count]
     wald = float(own @ np.linalg.pinv(covariance, hermitian=True) @ own)
     return float(np.std(left)), float(np.sqrt(max(wald, 0.0) / count))
+
+
+def _pick_usual_rows(columns: Floats, target: Floats, trimmed: float) -> Mask:
+    """Return the rows, (rows,), without the share that is explained worst.
+
+    Least trimmed squares (Rousseeuw and Van Driessen, Data Min. Knowl. Discov. 12 (2006) 29):
+    weights that are fitted to the usual rows say which rows are usual.
+    """
+    usual = np.ones(len(target), dtype=bool)
+    for _ in range(TRIMMING_STEPS):
+        weights = np.linalg.lstsq(columns[usual], target[usual], rcond=None)[0]
+        left = np.abs(target - columns @ weights)
+        usual = left <= np.quantile(left, 1.0 - trimmed)
+    return usual

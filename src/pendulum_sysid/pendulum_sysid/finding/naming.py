@@ -17,7 +17,7 @@ from pendulum_sysid.finding.pole_alone import PoleAnswer
 from pendulum_sysid.finding.propose import Proposal, propose
 from pendulum_sysid.finding.pruning import leave_out
 from pendulum_sysid.finding.replication import Replication, replicate_effects
-from pendulum_sysid.finding.separation import Tie
+from pendulum_sysid.finding.separation import Tie, is_related
 from pendulum_sysid.finding.weights import WeighedSet, weigh_effect
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.parameters import Scales
@@ -138,11 +138,6 @@ def _fit_rival(search: Search, best: Fit, less: Fit, name: str, proposal: Propos
     theta[SLOTS[proposal.effect]] = other.theta[SLOTS[proposal.effect]]
     again = search.fit_effects(proposal.effects, best, theta)
     return min(other, again, key=lambda fit: fit.train)
-
-
-def is_related(effect: str, other: str) -> bool:
-    """Return whether an effect is another, contains it or becomes it at an end of its range."""
-    return effect == other or other in BY_NAME[effect].simpler or other in BY_NAME[effect].becomes
 
 
 def add_ties(named: Iterable[Named], ties: Iterable[Tie]) -> tuple[Named, ...]:

@@ -25,7 +25,7 @@ from pendulum_sysid.fitting.problem import Problem
 from pendulum_sysid.fitting.windows import shorten_windows
 from pendulum_sysid.records import Split, Windows
 from pendulum_twin.arrays import Floats, Ints
-from pendulum_twin.effects import CATALOGUE
+from pendulum_twin.effects import BY_NAME, CATALOGUE
 from pendulum_twin.effects.effect import Effect
 from pendulum_twin.parameter_vector import SLOTS
 
@@ -151,16 +151,22 @@ def list_doubles(effect: Effect, free: Collection[Free]) -> tuple[Effect, ...]:
     return tuple(e for e in searched if e.name == own or find_stand_in(e, free) == effect.name)
 
 
+def is_related(effect: str, other: str) -> bool:
+    """Return whether an effect is another, contains it or becomes it at an end of its range."""
+    return effect == other or other in BY_NAME[effect].simpler or other in BY_NAME[effect].becomes
+
+
 def is_rival(other: Effect, effect: Effect, free: Collection[Free]) -> bool:
     """Return whether another effect could be mistaken for this effect.
 
-    The effect itself, effects that contain it and its doubles could not.
+    The effect itself, effects that contain it or become it at an end of their range, and its
+    doubles could not.
 
     free: parameters of the fit, those of the rig's constants among them.
     """
     stand_in = find_stand_in(effect, free)
     double = find_stand_in(other, free) is not None or other.name == stand_in
-    return other.name != effect.name and effect.name not in other.simpler and not double
+    return not is_related(other.name, effect.name) and not double
 
 
 def compute_columns(
