@@ -4,12 +4,13 @@ The folds of cross-validation take every fifth window, so each fold holds a part
 for some seconds. No windows of one recording are more like the next recording than its other half.
 
 The law alone is taken from half to half, and all other parameters follow. Constants and laws that
-still lack something differ between halves, and hide what one law does.
+still lack something differ between halves, and hide what one law does. A half says nothing of the
+places where it never was: there the law stays as the fit to all windows has it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,15 +22,17 @@ from pendulum_sysid.fitting.cross_validation import fit_without
 from pendulum_sysid.fitting.gauss_newton import refine_start_states
 from pendulum_sysid.fitting.linearised import System, linearise
 from pendulum_sysid.fitting.windows import shorten_windows
+from pendulum_sysid.measuring.curve import Curve
 from pendulum_sysid.measuring.penalised_fit import (
     LawFit,
     list_all_free,
     list_parts,
     make_penalty,
 )
-from pendulum_sysid.records import Fit, Split
-from pendulum_twin.arrays import Floats, Mask
+from pendulum_sysid.records import Fit, Split, Windows
+from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.effects import BY_NAME
+from pendulum_twin.laws.law import locate_on_knots
 
 
 def is_seen_in_halves(case: Case, split: Split, longer: LawFit, shorter: LawFit) -> bool:
@@ -108,7 +111,8 @@ def _run_halves(case: Case, split: Split, law_fit: LawFit, known: Collection[str
     for half in _list_halves(len(split.learn.begin)):
         left_out = np.repeat(half, fit.pieces)
         other = fit_part(system, moving, left_out)
-        values = np.array([free[k].get(other) for k in taken])
+        visited = _list_visited(parts, split.learn.pick(~half))
+        values = np.array([free[k].get(other if k in visited else fit.theta) for k in taken])
         steps = values - [free[k].get(fit.theta) for k in taken]
         moved = system.move(taken, steps / [free[k].size for k in taken])
         theta = fit_part(moved, following, ~left_out)
@@ -120,3 +124,23 @@ def _run_halves(case: Case, split: Split, law_fit: LawFit, known: Collection[str
     return replace(
         fit, window_squares=np.concatenate(squares), counts=np.concatenate(counts), pieces=1
     )
+
+
+def _list_visited(parts: Sequence[tuple[Curve, slice]], windows: Windows) -> set[int]:
+    """Return which free parameters are values of laws at places that windows visit.
+
+    All values of a law whose values act longer than the visit: of a command, and of hysteresis.
+
+    parts: curves, and where their values lie among the free parameters.
+    """
+    samples = (windows.begin[:, None] + np.arange(windows.samples)).ravel()
+    visited = set[int]()
+    for curve, part in parts:
+        count = len(curve.knots)
+        near: Ints = np.arange(count)
+        if curve.acts is not None:
+            z = locate_on_knots(curve.kind, curve.knots, curve.seen[samples])
+            near = np.concatenate([np.floor(z), np.ceil(z)]).astype(int)
+            near = near % count if curve.kind.is_periodic else near.clip(0, count - 1)
+        visited |= {part.start + k for k in np.unique(near).tolist()}
+    return visited
