@@ -26,14 +26,14 @@ class Memory:
     def wrap(self, function: Callable[..., Any], make_key: Callable[..., Hashable]) -> Any:
         """Return the function with a memory; make_key: makes its arguments comparable."""
 
-        def call(*arguments: Any) -> Any:
-            entries = self._kept[function, make_key(*arguments)]
+        def call(*arguments: Any, **options: Any) -> Any:
+            entries = self._kept[function, make_key(*arguments, **options)]
             for reads, result in entries:
                 if all(vars(decisions)[name] == value for name, value in reads.items()):
                     self._note(reads)
                     return result
             with self.watch() as reads:
-                result = function(*arguments)
+                result = function(*arguments, **options)
             entries.append((reads, result))
             return result
 

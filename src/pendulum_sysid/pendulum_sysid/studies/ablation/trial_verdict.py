@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +17,7 @@ from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.reading.bag import read_bag
 from pendulum_sysid.records import Fit, Split
 from pendulum_sysid.studies.ablation.memory import Memory
+from pendulum_twin.arrays import Floats
 from pendulum_twin.model import load_twin
 
 
@@ -104,8 +105,11 @@ def _key_ties(case: Case, split: Split, fit: Fit, also: Any) -> tuple[Hashable, 
     return (*_key_all(case, split, fit), repr(sorted(also.items())))
 
 
-def _key_plan(case: Case, split: Split, best: Fit, ties: Any) -> tuple[Hashable, ...]:
-    return (*_key_all(case, split, best), repr(ties))
+def _key_plan(
+    case: Case, split: Split, best: Fit, ties: Any, bands: Mapping[str, Floats]
+) -> tuple[Hashable, ...]:
+    widths = tuple((law, bands[law].tobytes()) for law in sorted(bands))
+    return (*_key_all(case, split, best), repr(ties), widths)
 
 
 def _key_laws(
