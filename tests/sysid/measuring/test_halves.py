@@ -82,7 +82,7 @@ def test_one_half_is_not_asked_for_an_effect_of_the_time(monkeypatch):
 
 @pytest.mark.parametrize("amplitudes", [(0.15, 0.3), (0.3, 0.2)])
 def test_a_half_says_nothing_of_places_where_it_never_was(amplitudes: tuple[float, ...]):
-    """Each tape has a kink, and a half stays nearer to its middle than the other half.
+    """The tape has a kink, and one half of the time stays nearer to the middle of the rail.
 
     Beyond, the law was drawn on by centimetres: the other half ran at 383 times the noise with it,
     and the kink was told as a wrong scale of the position.

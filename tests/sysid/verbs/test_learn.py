@@ -85,6 +85,18 @@ def test_a_learned_effect_acts_as_its_formula(name, at, value):
     assert effect.law(*at, *own) == pytest.approx(value)
 
 
+def test_a_learned_bend_acts_as_two_lines():
+    sizes = {"before": -2.0, "behind": 3.0, "offset": 0.5, "place": 0.1}
+    parameters = {key: EffectParameter(size, size, size, "1") for key, size in sizes.items()}
+    law = {**vars(CUBE), "law": "cart_force_by_position", "shape": "bend"}
+    scope: dict = {}
+    exec(write_effect(MeasuredLaw(**{**law, "parameters": parameters}), "learned"), scope)
+    effect = scope["EFFECT"]
+    own = [sizes[parameter.name] for parameter in effect.parameters]
+    for at, value in ((0.1, 0.5), (-0.1, 0.9), (0.3, 1.1)):
+        assert effect.law(at, 0.0, 0.0, 0.0, *own) == pytest.approx(value)
+
+
 def test_a_learned_command_has_an_inverse():
     scope: dict = {}
     exec(write_effect(WAVE, "learned"), scope)

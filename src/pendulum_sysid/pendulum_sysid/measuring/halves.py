@@ -5,7 +5,8 @@ for some seconds. No windows of one recording are more like the next recording t
 
 The law alone is taken from half to half, and all other parameters follow. Constants and laws that
 still lack something differ between halves, and hide what one law does. A half says nothing of the
-places where it never was: there the law stays as the fit to all windows has it.
+places where it never was: there the law stays as the fit to all windows has it, and what the law
+gains there no other half confirms.
 """
 
 from __future__ import annotations
