@@ -158,6 +158,7 @@ ANSWERS = {
         ),
         _hide_unseparable("sensor_delay", "input_delay", delay_s=0.02),
         _hide_unseparable("pole_imbalance", "angle_offset", angle_rad=0.03),
+        _hide_unseparable("drive_offset", "rail_tilt", offset=0.01),
         _hide_unseparable("sample_period_error", "position_scale", ratio=0.03),
         *(_hide_nothing(seed) for seed in (1, 2, 3)),
         _hide_set({**DRY, "input_delay": {"delay_s": 0.015}}),

@@ -209,6 +209,14 @@ def test_rail_tilt_is_a_constant_force():
     check_same_motion({"rail_tilt": {"angle_rad": 0.02}}, COMMAND + force / THESIS.force_per_pwm_n)
 
 
+def test_drive_offset_is_a_larger_command_and_the_tilt_of_the_same_force():
+    offset = {"drive_offset": {"offset": 0.02}}
+    check_same_motion(offset, COMMAND + 0.02)
+    tilt = 0.02 * THESIS.force_per_pwm_n / (THESIS.total_mass_kg * 9.81)
+    check_same_motion(offset, COMMAND, {"rail_tilt": {"angle_rad": tilt}})
+    assert BY_NAME["drive_offset"].shows_as == "rail_tilt"
+
+
 def test_rail_spring():
     states = run(
         SLIDING_CART,

@@ -194,6 +194,7 @@ TABLE: tuple[Concealable, ...] = (
         shapes=("damping", "motor_share"),
     ),
     Concealable("drive_slew_limit", "slew", {"ramp_s": (0.1, 0.3)}),  # slower: plans brake late
+    Concealable("drive_offset", "bias", {"offset": (0.004, 0.016)}, both_ways=True),
 )
 # Entries that were there first: a seed orders them by a single draw. Later entries are put between
 # them, each by a draw of its own, so that most seeds conceal what they always concealed.

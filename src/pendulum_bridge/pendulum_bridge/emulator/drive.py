@@ -151,6 +151,11 @@ def make_slack(step_s: float, gap_m: float, per_command_m_s2: float) -> Stage:
     return stage
 
 
+def make_offset(step_s: float, offset: float) -> Stage:
+    """Return a stage that adds an offset to every command."""
+    return lambda u: u + offset
+
+
 def _compute_crossing_time(way: float, speed: float, acceleration: float, step_s: float) -> float:
     """Return when a mass has gone `way` (m), at most step_s.
 
@@ -172,6 +177,7 @@ STAGES: dict[str, Callable[..., Stage]] = {
     "drive_slew_limit": make_ramp,
     "motor_lag": make_lag,
     "belt_backlash": make_slack,
+    "drive_offset": make_offset,
 }
 
 
