@@ -176,8 +176,7 @@ def compute_distance(fit: Fit, effect: str, others: Collection[str] = ()) -> flo
         estimate = fit.estimates[f"{effect}.{p.name}"]
         half = max(estimate.high - estimate.value, estimate.value - estimate.low, 1e-300)
         size = abs(estimate.value - p.neutral)
-        least = max(p.least, p.rounding * float(fit.noise[-1]))
-        distances.append(size / half if estimate.identifiable and size >= least else 0.0)
+        distances.append(size / half if estimate.identifiable and size >= p.least else 0.0)
     return max(distances)
 
 

@@ -1,6 +1,6 @@
 """The encoder's zero is off: the measured angle is the true one plus a constant."""
 
-from pendulum_twin.effects.effect import ROUNDING, Effect, Form, Parameter, Place
+from pendulum_twin.effects.effect import Effect, Form, Parameter, Place
 
 
 def law(x, v, th, w, t, angle_rad):
@@ -19,7 +19,7 @@ EFFECT = Effect(
     form=Form.MEASURE,
     law=law,
     inverse=inverse,
-    parameters=(Parameter("angle_rad", "rad", 0.0, -3.2, 3.2, (0.02,), rounding=ROUNDING),),
+    parameters=(Parameter("angle_rad", "rad", 0.0, -3.2, 3.2, (0.02,)),),
     sentence="The measured angle is the true one plus {angle_rad}.",
     source="bias of an incremental encoder whose zero was set by hand",
     law_kind="angle_error_over_turn",

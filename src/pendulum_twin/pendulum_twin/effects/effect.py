@@ -11,7 +11,6 @@ from typing import Any
 from pendulum_twin.rig import Rig
 
 HALF_STEP_S = 5e-4  # half of the kernel's longest step: finer times are lost in it
-ROUNDING = 3.0**0.5  # half a step of an encoder, in standard deviations of its rounding
 
 
 class Place(Enum):
@@ -102,8 +101,6 @@ class Parameter:
     fewest: smallest value that a fit may reach, in units of scale; below it the recording has
         hardly a sample of the effect.
     least: distance from neutral below which a size means nothing, for the simulation is no finer.
-    rounding: the same in standard deviations of the pole's sensor: an encoder's zero lies anywhere
-        within a step of its counts.
     jumps: share of its value to which a fit tells the parameter, because a run jumps with it.
     located: True for an instant that is read off the recording, to a sample, and not fitted: a
         run jumps with it.
@@ -130,7 +127,6 @@ class Parameter:
     most: float = math.inf
     fewest: float = -math.inf
     least: float = 0.0
-    rounding: float = 0.0
     jumps: float = 0.0
     located: bool = False
     instant: bool = False

@@ -1,6 +1,6 @@
 """The centre of mass lies beside the line from axis to tip along which the angle is read."""
 
-from pendulum_twin.effects.effect import ROUNDING, Effect, Form, Parameter, Place
+from pendulum_twin.effects.effect import Effect, Form, Parameter, Place
 
 
 def law(x, v, th, w, t, angle_rad):
@@ -19,7 +19,7 @@ EFFECT = Effect(
     form=Form.MEASURE,
     law=law,
     inverse=inverse,
-    parameters=(Parameter("angle_rad", "rad", 0.0, -3.2, 3.2, (0.02,), rounding=ROUNDING),),
+    parameters=(Parameter("angle_rad", "rad", 0.0, -3.2, 3.2, (0.02,)),),
     sentence="The centre of mass lies {angle_rad} ahead of the pole's line.",
     source="weight of a rigid body about an axis, its first moment turned by a constant angle",
     shows_as="angle_offset",
