@@ -48,6 +48,7 @@ HIDDEN: dict[str, dict[str, float]] = {
     "pole_quadratic_drag": {"n_m_s2": 2e-5},
     "pole_spring": {"n_m_per_rad": 0.002},
     "angle_delay": {"delay_s": 0.007},
+    "angle_lag": {"time_constant_s": 0.012},
     "angle_offset": {"angle_rad": 0.03},
     "eccentric_encoder": {"sine_rad": 0.03, "cosine_rad": -0.02},
     "eccentric_pulley": {"ratio": 0.1, "period_m": 0.2, "phase_rad": 0.7},

@@ -478,6 +478,18 @@ def test_angle_delay(delay_s):
     np.testing.assert_allclose(late[:, [X, V]], fine[::100, [X, V]], atol=1e-9)
 
 
+def test_angle_lag():
+    """From rest, the reported angle follows the angle, and the position is that of now."""
+    lag_s = 0.02
+    run_lagging = run(THESIS, COMMAND, {"angle_lag": {"time_constant_s": lag_s}})
+    fine = run(THESIS, np.repeat(COMMAND, 100), period_s=1e-4)
+    keep, shown = np.exp(-1e-4 / lag_s), [fine[0, TH]]
+    for true in 0.5 * (fine[1:, TH] + fine[:-1, TH]):
+        shown.append(keep * shown[-1] + (1 - keep) * true)
+    np.testing.assert_allclose(run_lagging[:, TH], shown[::100], atol=1e-4)
+    np.testing.assert_allclose(run_lagging[:, [X, V]], fine[::100, [X, V]], atol=1e-9)
+
+
 def test_angle_scale():
     states = run(THESIS, COMMAND, {"angle_scale": {"ratio": 0.1}}, (0.0, 1.1 * 2.5, 0.2, 0.0))
     np.testing.assert_allclose(

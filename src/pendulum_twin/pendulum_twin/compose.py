@@ -127,14 +127,15 @@ def compute_memory_sizes(h: float) -> list[int]:
 def compose_sensors(undo: bool = False) -> Callable[..., Any]:
     """Return measure(x, v, th, w, t, p, active): true to measured state, x, v, th, w again.
 
-    An angle that is read late is where the pole's rate says that it was.
+    An angle that is read late, or followed, is where the pole's rate says that it was.
 
     undo: whether measured states become true states instead.
     """
     laws: dict[str, Callable[..., Any]] = {}
     effects, late = _list_effects(Form.MEASURE, tuple(Place)), []
     lines: list[str] = []
-    for k, e in _list_effects(Form.LATE, tuple(Place)):
+    behind = [_list_effects(form, tuple(Place)) for form in (Form.LATE, Form.LAGGING)]
+    for k, e in (*behind[0], *behind[1]):
         laws[e.name] = e.law
         way = f"{'+' if undo else '-'}= {e.name}({', '.join(_list_arguments(e, ALONE))}) * w"
         late += [f"if active[{k}]:", f"    th {way}"]

@@ -16,6 +16,7 @@ from pendulum_twin.compose import KEPT, PATHS
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Form
 from pendulum_twin.equal_rows import group_equal_rows
+from pendulum_twin.lagging_angle import begin_poles, compute_lags, follow_angle
 from pendulum_twin.late_angle import FINEST_S, POLE, compute_delays, drop_delays, look_back
 from pendulum_twin.laws.kind import Role
 from pendulum_twin.mechanics import run_mechanics
@@ -77,11 +78,18 @@ def run_driven(
     sub = rows.shape[1] // len(signals)
     true = np.empty((len(begin), samples, 4))
     begin = np.asarray(begin, dtype=np.int64)
-    t, delays = signals.clock_s[begin], compute_delays(theta)[set_of]
-    in_time = drop_delays(theta) if np.any(delays) else theta
+    t, paces = signals.clock_s[begin], compute_paces(theta)[set_of]
+    delays, lags = compute_delays(theta)[set_of], compute_lags(theta)[set_of]
+    late, lagging = (np.flatnonzero(behind > FINEST_S) for behind in (delays, lags))
+    in_time = drop_delays(theta) if np.any(delays + lags) else theta
     before = undo_sensors(start_states, in_time, t, set_of)
     path_memory = recall_paths(signals, drives, theta, set_of, begin)
-    true_starts = _lead_poles(signals, drives, theta, set_of, begin, before, path_memory, delays)
+    behind = delays + lags
+    true_starts = _lead_poles(signals, drives, theta, set_of, begin, before, path_memory, behind)
+    received = before.copy()
+    received[lagging], true_starts[lagging] = begin_poles(
+        before[lagging], true_starts[lagging], delays[lagging], lags[lagging]
+    )
     for twins, own_set_of, lanes in _group_by_reaction(theta, set_of):
         out = true if isinstance(lanes, slice) else np.empty((len(lanes), samples, 4))
         run_mechanics(
@@ -99,12 +107,13 @@ def run_driven(
         )
         if out is not true:
             true[lanes] = out
-    late = np.flatnonzero(delays > FINEST_S)
-    if len(late):
-        paces = compute_paces(theta)[set_of[late]]
-        true[late] = look_back(before[late], true[late], delays[late], signals.period_s, paces)
+    shown, period_s = true, signals.period_s
+    shown[late] = look_back(received[late], true[late], delays[late], period_s, paces[late])
+    shown[lagging] = follow_angle(
+        before[lagging], shown[lagging], lags[lagging], period_s, paces[lagging]
+    )
     times = t[:, None] + signals.period_s * np.arange(samples)
-    return apply_sensors(true, in_time, times, set_of)
+    return apply_sensors(shown, in_time, times, set_of)
 
 
 def _lead_poles(

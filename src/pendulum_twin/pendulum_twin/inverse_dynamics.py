@@ -7,6 +7,7 @@ import numpy as np
 from pendulum_twin import kernel
 from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.free_runs import run_drive
+from pendulum_twin.lagging_angle import compute_lags, lead_angle
 from pendulum_twin.late_angle import compute_delays, drop_delays, look_ahead
 from pendulum_twin.law_curves import fill_measured_laws, sum_measured_laws
 from pendulum_twin.motion import (
@@ -107,10 +108,12 @@ def compute_missing_force(
 
     A sample does not count where it is not valid or where the cart hardly moves.
     """
-    delay_s = float(compute_delays(theta[None])[0])
+    delay_s, lag_s = (float(compute(theta[None])[0]) for compute in (compute_delays, compute_lags))
+    if lag_s > 0.0:
+        states, accelerations = lead_angle(signals, states, accelerations, lag_s)
     if delay_s > 0.0:
         states, accelerations = look_ahead(signals, states, accelerations, delay_s)
-        theta = drop_delays(theta[None])[0]
+    theta = drop_delays(theta[None])[0]
     true = undo_sensors(states[None], theta[None], signals.clock_s)[0]
     paces = follow_paces(theta[None], signals.clock_s[None])[0]
     a, b = _undo_accelerations(signals, states, accelerations, theta).T / paces

@@ -18,7 +18,8 @@ from pendulum_twin.parameter_vector import NEUTRAL, SLOTS
 from pendulum_twin.signals import Signals
 
 _LATE = [e for e in CATALOGUE if e.form is Form.LATE]
-_COLUMNS: Ints = np.concatenate([np.r_[SLOTS[e.name]] for e in _LATE]).astype(np.int64)
+_BEHIND = [e for e in CATALOGUE if e.form in (Form.LATE, Form.LAGGING)]
+_COLUMNS: Ints = np.concatenate([np.r_[SLOTS[e.name]] for e in _BEHIND]).astype(np.int64)
 POLE = [1, 3]  # columns of the pole in a state
 FINEST_S = 1e-9  # of a delay: in less time a pole hardly moves, and counts of steps overflow
 

@@ -28,7 +28,7 @@ from pendulum_twin.parameter_vector import (
     list_law_kinds,
 )
 
-_MEASURING: Mask = np.array([e.form in (Form.MEASURE, Form.LATE) for e in CATALOGUE])
+_MEASURING: Mask = np.array([e.form in (Form.MEASURE, Form.LATE, Form.LAGGING) for e in CATALOGUE])
 _REPORTING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form is Form.REPORT]
 _CLOCKS = [e for e in CATALOGUE if e.form is Form.CLOCK]
 RATES = (2, 3)  # columns of the velocities in a state

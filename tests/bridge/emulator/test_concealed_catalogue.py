@@ -309,6 +309,23 @@ def test_a_delayed_angle_is_of_before_and_the_position_of_now(
     assert np.max(np.abs(shown - true)[:, 1]) > 0.05
 
 
+def test_a_lagging_angle_approaches_the_angle_and_the_position_is_of_now(endless: Rig) -> None:
+    start, lag_s = (0.0, np.pi + 0.5, 0.0, 0.0), 0.03
+    lagging, prompt = (
+        EmulatedRig(Concealed(effects, endless), encoders=EXACT, start=start)
+        for effects in ({"angle_lag": {"time_constant_s": lag_s}}, {})
+    )
+    shown = np.array([lagging.sample[:2]] + [lagging.step(0.2)[:2] for _ in range(40)])
+    true = np.array([prompt.sample[:2]] + [prompt.step(0.2)[:2] for _ in range(40)])
+    assert shown[:, 0] == pytest.approx(true[:, 0], abs=1e-12)
+    middles, left = 0.5 * (true[1:, 1] + true[:-1, 1]), math.exp(-0.01 / lag_s)
+    followed = [true[0, 1]]
+    for middle in middles:
+        followed.append(middle + left * (followed[-1] - middle))
+    assert shown[:, 1] == pytest.approx(followed, abs=2e-3)
+    assert np.max(np.abs(shown - true)[:, 1]) > 0.05
+
+
 @pytest.mark.parametrize("ratio", [0.05, -0.05])
 def test_a_fast_clock_stamps_more_time_than_passes(ratio: float, apart: Rig) -> None:
     emulator = driven(apart, {"sample_period_error": {"ratio": ratio}}, 1.0, 0.2)

@@ -31,10 +31,10 @@ SLOW = make_gentle_sweep(8, 0.05)
     "name",
     ["input_dead_zone", "motor_lag", "cart_coulomb_friction", "rail_tilt", "pole_quadratic_drag"],
 )
-def test_a_rich_recording_ties_nothing(name: str) -> None:
+def test_a_rich_recording_ties_nothing_that_motion_can_part(name: str) -> None:
     recording, truth = record_hidden({name: HIDDEN[name]}, seed=1, seconds=20.0)
     ties = find_ties(*fit_recordings([recording], truth))
-    assert ties == ()
+    assert all(tie.by_no_motion for tie in ties)
 
 
 @pytest.mark.parametrize("other", ["friction_warming", "rail_friction_patch"])

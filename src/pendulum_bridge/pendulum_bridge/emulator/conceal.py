@@ -35,8 +35,7 @@ class Concealable:
     neutral: the size at which the effect vanishes.
     beside: effects of which one must be there for this effect to mean anything.
     rests: whether a rig with the effect can come to rest, as a live rig has to.
-    ages: whether its sizes are those at the rig's start: the recording of a live rig begins later,
-        when they are others.
+    ages: whether its sizes are of the rig's start; the recording of a live rig begins later.
     """
 
     name: str
@@ -195,6 +194,7 @@ TABLE: tuple[Concealable, ...] = (
     ),
     Concealable("drive_slew_limit", "slew", {"ramp_s": (0.1, 0.3)}),  # slower: plans brake late
     Concealable("drive_offset", "bias", {"offset": (0.004, 0.016)}, both_ways=True),
+    Concealable("angle_lag", "angle time", {"time_constant_s": (0.004, 0.02)}),
 )
 # Entries that were there first: a seed orders them by a single draw. Later entries are put between
 # them, each by a draw of its own, so that most seeds conceal what they always concealed.

@@ -58,8 +58,10 @@ class EmulatedRig:
         self._engine.put(draw_earlier_state(start, seed) if self._stale else start)
         late_s = effects.get("sensor_delay", {}).get("delay_s", 0.0)
         angle_late_s = late_s + effects.get("angle_delay", {}).get("delay_s", 0.0)
-        self._reporting = tuple(
-            Reporting(delay_s, step_s, self._engine.state) for delay_s in (late_s, angle_late_s)
+        lag_s = effects.get("angle_lag", {}).get("time_constant_s", 0.0)
+        self._reporting = (
+            Reporting(late_s, step_s, self._engine.state),
+            Reporting(angle_late_s, step_s, self._engine.state, lag_s),
         )
         self._sensors = Sensors(encoders, effects, self.period_s, seed, self._laws.shown)
         self.sample = self._sensors.measure(self.truth)
@@ -124,19 +126,27 @@ class Reporting:
 
     delay_s: how late; a delay between two steps of the engine mixes both states in proportion.
     step_s: the engine's step.
+    angle_lag_s: time constant with which the reported angle follows the angle.
     """
 
-    def __init__(self, delay_s: float, step_s: float, state: State) -> None:
+    def __init__(
+        self, delay_s: float, step_s: float, state: State, angle_lag_s: float = 0.0
+    ) -> None:
         steps, self._fraction = divmod(delay_s / step_s, 1.0)
         self._states = deque([state], maxlen=int(steps) + 2)
+        self._left = math.exp(-step_s / angle_lag_s) if angle_lag_s else 0.0
         self.forget(state)
 
     def keep(self, state: State) -> None:
         """Take the state after one more step."""
-        self._states.append(state)
+        x, th, v, w = state
+        middle, self._angle = 0.5 * (self._angle + th), th
+        self._followed = middle + self._left * (self._followed - middle) if self._left else th
+        self._states.append((x, self._followed, v, w))
 
     def forget(self, state: State) -> None:
         """Forget all states but this state."""
+        self._angle = self._followed = state[1]
         self._states.extend([state] * (self._states.maxlen or 1))
 
     @property

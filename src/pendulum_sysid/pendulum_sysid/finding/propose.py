@@ -49,6 +49,7 @@ SEARCHED_FORMS = (
     Form.MEASURE,
     Form.CLOCK,
     Form.LATE,
+    Form.LAGGING,
 )
 
 SHAPE_SAMPLES = 3000  # that shapes of laws are compared at: a minute at 100 Hz has twice as many

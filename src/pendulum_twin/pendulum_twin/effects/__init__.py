@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from pendulum_twin.effects import (
     angle_delay,
+    angle_lag,
     angle_offset,
     angle_scale,
     angle_sign_inverted,
@@ -94,6 +95,7 @@ BUILT_IN: tuple[Effect, ...] = (
     pole_spring.EFFECT,
     pole_imbalance.EFFECT,
     angle_delay.EFFECT,
+    angle_lag.EFFECT,
     angle_offset.EFFECT,
     eccentric_encoder.EFFECT,
     eccentric_pulley.EFFECT,

@@ -62,6 +62,8 @@ class Form(Enum):
     MEASURE = "measure"
     # how much later than the position the angle is read: law(*parameters) -> s
     LATE = "late"
+    # time constant with which the sensor follows the angle: law(*parameters) -> s
+    LAGGING = "lagging"
     # reported velocity, sample by sample: law(v, before, period_s, *parameters) -> v
     REPORT = "report"
     # time that passes while the stamps go on by one second: law(*parameters) -> s
