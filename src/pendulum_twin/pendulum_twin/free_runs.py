@@ -28,8 +28,8 @@ from pendulum_twin.parameter_vector import (
     list_law_kinds,
 )
 from pendulum_twin.path_memory import (
+    find_remembering_twins,
     follow_recorded_path,
-    remembers_path,
     select_path_columns,
 )
 from pendulum_twin.reactions import (
@@ -40,6 +40,7 @@ from pendulum_twin.reactions import (
 from pendulum_twin.sensors import apply_reporting, apply_sensors, compute_paces, undo_sensors
 from pendulum_twin.signals import Signals
 
+TOGETHER = 100_000  # states whose sensors are undone at once: 3 MB
 _FILTERING = [(k, e) for k, e in enumerate(CATALOGUE) if e.form in (Form.FILTER, Form.CLOCK)]
 
 
@@ -191,37 +192,52 @@ def recall_paths(
     """
     out = np.zeros((len(begin), PATH_SIZE))
     reacting = find_reacting_twins(theta) & (signals.cart is not None)
-    remembering = np.array([remembers_path(twin) for twin in theta])
+    remembering = find_remembering_twins(theta)
     if not np.any(remembering | reacting):
         return out
-    states = np.zeros((1, len(signals), 4))
-    for column, positions in enumerate((signals.cart, signals.pole)):
-        if positions is not None:
-            states[0, :, column] = positions
-    for twins in _group_by_path(theta, drives[1], remembering, reacting):
-        k, lanes = twins[0], np.flatnonzero(np.isin(set_of, twins))
-        at, row = np.unique(begin[lanes], return_inverse=True)
-        places = undo_sensors(states, theta[[k]], signals.clock_s)[0, :, :2]
-        memory, _ = follow_recorded_path(signals, places, theta[k], at)
-        if reacting[k]:
-            drive = drives[0][drives[1][k]]
-            kept = react_to_recorded_path(signals, places[:, 0], drive, theta[k])
-            memory[:, PATHS:KEPT] = kept[at]
-        out[lanes] = memory[row]
+    first, group_of = _group_by_path(theta, drives[1], remembering, reacting)
+    for some in np.array_split(np.arange(len(first)), -(-len(first) * len(signals) // TOGETHER)):
+        true = undo_sensors(
+            np.broadcast_to(_get_places(signals), (len(some), len(signals), 4)),
+            theta[first[some]],
+            np.broadcast_to(signals.clock_s, (len(some), len(signals))),
+        )
+        for group, places in zip(some, true[..., :2], strict=True):
+            k, lanes = first[group], np.flatnonzero(group_of[set_of] == group)
+            at, row = np.unique(begin[lanes], return_inverse=True)
+            memory, _ = follow_recorded_path(signals, places, theta[k], at)
+            if reacting[k]:
+                drive = drives[0][drives[1][k]]
+                kept = react_to_recorded_path(signals, places[:, 0], drive, theta[k])
+                memory[:, PATHS:KEPT] = kept[at]
+            out[lanes] = memory[row]
     return out
 
 
-def _group_by_path(theta: Floats, row_of: Ints, remembering: Mask, reacting: Mask) -> list[Ints]:
-    """Return the twins that remember or react, those together that keep the same of a path.
+def _get_places(signals: Signals) -> Floats:
+    """Return the measured states (n, 4) at rest; 0 for a joint that is not measured."""
+    states = np.zeros((len(signals), 4))
+    for column, positions in enumerate((signals.cart, signals.pole)):
+        if positions is not None:
+            states[:, column] = positions
+    return states
+
+
+def _group_by_path(
+    theta: Floats, row_of: Ints, remembering: Mask, reacting: Mask
+) -> tuple[Ints, Ints]:
+    """Return the first twin of each group that keeps the same of a path, and each twin's group.
+
+    A twin that neither remembers nor reacts is in group -1.
 
     row_of: (sets,) row of the drive of each twin.
     """
     paths = select_path_columns(theta)
     reactions = np.column_stack([select_reaction_columns(theta), row_of])
     columns = np.concatenate([paths, np.where(reacting[:, None], reactions, 0.0)], axis=1)
-    which = np.flatnonzero(remembering | reacting)
-    first, group = group_equal_rows(columns[which])
-    return [which[group == k] for k in range(len(first))]
+    which, group_of = np.flatnonzero(remembering | reacting), np.full(len(theta), -1)
+    first, group_of[which] = group_equal_rows(columns[which])
+    return which[first], group_of
 
 
 def count_substeps(signals: Signals, step_s: float | None = None) -> int:

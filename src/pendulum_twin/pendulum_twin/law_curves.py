@@ -40,7 +40,9 @@ POSITION, VELOCITY, ANGLE, RATE, TIME = (int(variable) for variable in list(Vari
 SHAFT = int(Variable.SHAFT)
 NO_LAWS_HELD = (1.0, 0.0, 0.0, 0.0, 0.0)
 FASTEST_CART, FASTEST_POLE = 3.0, 40.0  # m/s, rad/s; see `_drag`
-INVERSIONS = 30  # fixed-point steps at most: an error of slope 0.5 is undone to 1e-9 of itself
+INVERSIONS = 30  # steps at most: plain steps undo an error of slope 0.5 to 1e-9 of itself
+STEEPEST = -0.5  # slope of an error down to which Newton's method undoes it
+CLOSE = 1e-7  # m, rad; a step of Newton's method after which its error is below a bit
 
 
 @compile_inner
@@ -213,27 +215,36 @@ def follow_pace(theta, t):
 
 
 @compile_inner
+def _undo_error(theta, at, shown, periodic):
+    """Return the place of which a law's error makes the shown place, and the error's slope there.
+
+    Steps of Newton's method; plain steps at its end, so that the place shows the very bits, and
+    where the error falls steeply.
+    """
+    place, slope, far = shown, 0.0, True
+    for _ in range(INVERSIONS):
+        before = place
+        error, slope = _follow_curve(theta, at, place, periodic)
+        if far and slope > STEEPEST:
+            place += (shown - error - place) / (1.0 + slope)
+            far = abs(place - before) > CLOSE
+        else:
+            place = shown - error
+            if place == before:
+                break
+    return place, slope
+
+
+@compile_inner
 def _find_positions(theta, x, v, th, w):
     """Return the state behind measured errors; the inverse of `show_positions`."""
     for at in range(LAWS, SIZE, LAW_SIZE):
         number = int(theta[at + KIND])
         if number > 0 and ROLES[number] == ANGLE_ERROR:
-            shown, slope = th, 0.0
-            for _ in range(INVERSIONS):
-                before = th
-                error, slope = _follow_curve(theta, at, th, True)
-                th = shown - error
-                if th == before:
-                    break
+            th, slope = _undo_error(theta, at, th, True)
             w = w / max(1.0 + slope, 0.1)
         elif number > 0 and ROLES[number] == POSITION_ERROR:
-            shown, slope = x, 0.0
-            for _ in range(INVERSIONS):
-                before = x
-                error, slope = _follow_curve(theta, at, x, OVER[number] == SHAFT)
-                x = shown - error
-                if x == before:
-                    break
+            x, slope = _undo_error(theta, at, x, OVER[number] == SHAFT)
             v = v / max(1.0 + slope, 0.1)
     return x, v, th, w
 

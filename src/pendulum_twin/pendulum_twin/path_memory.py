@@ -26,14 +26,14 @@ from pendulum_twin.parameter_vector import (
     KIND,
     LAW_SIZE,
     LAWS,
+    NEUTRAL,
     SLOTS,
     VALUES,
-    find_active_effects,
-    list_law_kinds,
 )
 from pendulum_twin.signals import Signals
 
-_FOLLOWING: Mask = np.array([e.form is Form.PATH_FORCE for e in CATALOGUE])
+_FOLLOWED = np.concatenate([np.r_[SLOTS[e.name]] for e in CATALOGUE if e.form is Form.PATH_FORCE])
+_REMEMBERS: Mask = np.isin(ROLES, REMEMBERING)  # by the number in a law's slot
 _COLUMNS = np.array(
     [
         k
@@ -44,10 +44,11 @@ _COLUMNS = np.array(
 )
 
 
-def remembers_path(theta: Floats) -> bool:
-    """Return whether an effect or a law remembers the path in any twin; theta: (..., SIZE)."""
-    has_effect = bool(np.any(find_active_effects(theta) & _FOLLOWING))
-    return has_effect or any(kind.remembers for kind in list_law_kinds(theta))
+def find_remembering_twins(theta: Floats) -> Mask:
+    """Return which twins remember the path by an effect or a law, (sets,); theta: (sets, SIZE)."""
+    numbers = theta[:, LAWS + KIND :: LAW_SIZE].astype(int)
+    effects = np.any(theta[:, _FOLLOWED] != NEUTRAL[_FOLLOWED], axis=1)
+    return np.asarray(effects | np.any(_REMEMBERS[numbers], axis=1))
 
 
 @kernel.compile_cached
@@ -86,7 +87,7 @@ def follow_recorded_path(
     A recording begins without memory. What acts: force on the cart, N; torque on the pole, N m.
     """
     memory, loads = np.zeros((len(at), PATH_SIZE)), np.zeros((len(places), 2))
-    if remembers_path(theta):
+    if find_remembering_twins(theta[None])[0]:
         for part in signals.stretches:
             rows = slice(*np.searchsorted(at, (part.start, part.stop)))
             along = np.ascontiguousarray(places[part])

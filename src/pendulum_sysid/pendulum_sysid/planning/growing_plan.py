@@ -47,7 +47,7 @@ class GrownPlan:
 class Setting:
     """Hold what stays the same while a plan grows.
 
-    case: the recordings at hand.
+    case: the recordings at hand, run with a search's steps.
     pieces: number of pieces that a window is cut into.
     power: (channels,) mean squared error that counts as noise.
     aims: what the plan is to achieve.
@@ -149,7 +149,7 @@ def _make_setting(case: Case, best: Fit, aims: Sequence[Aim], room: Envelope) ->
     whole = float(round(rate_hz))
     rate_hz = whole if abs(rate_hz / whole - 1) < 0.01 else rate_hz
     return Setting(
-        case,
+        replace(case, step_s=decisions.SEARCH_STEP_S),
         best.pieces,
         best.power,
         aims,
