@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from PIL import Image
 from program_options import make_parser
 
-from pendulum_bridge.emulator.conceal import BY_NAME as CONCEALABLE
+from pendulum_bridge.emulator.concealable import BY_NAME as CONCEALABLE
 from pendulum_twin.effects import CATALOGUE
 from pendulum_twin.effects.effect import Effect, Place
 from pendulum_twin.files import compute_digest

@@ -37,6 +37,8 @@ def call_law(effect: Effect, state: tuple[float, ...], t: float = 0.0) -> np.nda
     if effect.form is Form.GAIN:
         return np.atleast_1d(effect.law(state[0], *choose_values(effect)))
     constants = [CONSTANTS[name] for name in effect.constants]
+    if effect.form is Form.DRIVE:
+        return np.atleast_1d(effect.law(1.0, state[2], *constants, *choose_values(effect)))
     times = [t] if effect.form is Form.MEASURE else []
     return np.atleast_1d(effect.law(*state, *times, *constants, *choose_values(effect)))
 

@@ -209,6 +209,21 @@ def test_rail_tilt_is_a_constant_force():
     check_same_motion({"rail_tilt": {"angle_rad": 0.02}}, COMMAND + force / THESIS.force_per_pwm_n)
 
 
+@pytest.mark.parametrize("v", [0.0, 0.5, -0.5])
+def test_motor_current_limit(v):
+    """A cart that moves against the force meets the limit earlier, by the counter voltage."""
+    limit = {"motor_current_limit": {"limit": 0.2, "counter_n_s_m": 2.0}}
+    state = (0.0, np.pi, v, 0.0)
+    free, within, beyond = (
+        compute_acceleration(*which, SLIDING_CART)[0]
+        for which in (({}, state, 0.3), (limit, state, 0.1), (limit, state, 0.3))
+    )
+    assert within == pytest.approx(0.1 * GAIN / MASS, rel=1e-9)
+    current = min(0.3 * GAIN - 2.0 * v, 0.2 * GAIN)
+    assert free == pytest.approx(0.3 * GAIN / MASS, rel=1e-9)
+    assert beyond == pytest.approx((current + 2.0 * v) / MASS, rel=1e-3)
+
+
 def test_drive_offset_is_a_larger_command_and_the_tilt_of_the_same_force():
     offset = {"drive_offset": {"offset": 0.02}}
     check_same_motion(offset, COMMAND + 0.02)

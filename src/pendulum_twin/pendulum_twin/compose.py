@@ -23,6 +23,7 @@ ALONE = "p[{word}]"
 # Forms of what acts evenly over a step.
 HELD_FORMS = (
     Form.GAIN,
+    Form.DRIVE,
     Form.TIMED_FORCE,
     Form.TIMED_FRICTION,
     Form.TIMED_MASS,
@@ -201,6 +202,16 @@ def compose_held() -> Callable[..., Any]:
             effects.append(pair)
     lines.append("return gain, force, dry, viscous")
     return _compile("hold", "x, th, w, t, p, i, width", lines, effects)
+
+
+def compose_drive_laws() -> Callable[..., Any]:
+    """Return bend(force, v, p, i, width): the drive's force on lane i, N, over a step."""
+    effects = _list_effects(Form.DRIVE, tuple(Place))
+    lines = [
+        f"force = {e.name}({', '.join(['force', 'v', *_list_arguments(e, LANE)])})"
+        for _, e in effects
+    ]
+    return _compile("bend", "force, v, p, i, width", [*lines, "return force"], effects)
 
 
 def compose_loads() -> Callable[..., Any]:

@@ -30,6 +30,7 @@ from pendulum_twin.equations import compile_inner
 from pendulum_twin.hysteresis import follow_strains, sum_hysteresis
 from pendulum_twin.law_curves import follow_pace, sum_measured_laws
 from pendulum_twin.motion import (
+    bend_drive,
     react_to_push,
     sum_held_effects,
     sum_loads,
@@ -68,7 +69,7 @@ def hold_effects(p, i, width, laws, step, mass, viscous):
     x, th = x + half_way, th + 0.5 * h * w
     gain, force, dry, drag = sum_held_effects(x, th, w, t, p, i, width)
     force += sum_path_forces(PATH, half_way, p, i, width)
-    drive = p[FORCE * width + i] * gain
+    drive = bend_drive(p[FORCE * width + i] * gain, v, p, i, width)
     if len(laws) > 3:  # the cart alone moves, and what joins it to the drive pulls it
         share = sum_shares(p, i, width)
         p[MASS * width + i] -= share * mass

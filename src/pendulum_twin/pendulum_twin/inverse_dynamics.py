@@ -14,6 +14,7 @@ from pendulum_twin.motion import (
     ALL_LAWS,
     add_cart_forces,
     add_pole_torques,
+    bend_drive,
     compute_cart_level,
     compute_pole_level,
     sum_held_effects,
@@ -42,9 +43,11 @@ EVERY = slice(None)  # sample
 
 
 @kernel.compile_cached
-def _fill_gains(x, t, p, out):  # type: ignore[no-untyped-def]
+def _bend_drives(x, v, t, p, out):  # type: ignore[no-untyped-def]
+    """Turn forces of the drive, N, out (n,), into what its effects make of them, in place."""
     for n in range(len(x)):
-        out[n] *= sum_held_effects(x[n], 0.0, 0.0, t[n], p, 0, 1)[0]
+        gain = sum_held_effects(x[n], 0.0, 0.0, t[n], p, 0, 1)[0]
+        out[n] = bend_drive(out[n] * gain, v[n], p, 0, 1)
 
 
 @kernel.compile_cached
@@ -130,9 +133,9 @@ def compute_missing_force(
     gain = np.empty((len(true), 5))
     clock_s = signals.clock_s * float(compute_paces(theta))
     fill_measured_laws(np.ascontiguousarray(true), clock_s, theta, gain)
-    gains = gain[:, 0].copy()
-    _fill_gains(np.ascontiguousarray(true[:, 0]), clock_s, theta, gains)
-    force -= theta[FORCE_PER_PWM] * _average_drive(signals, theta) * gains
+    drive = theta[FORCE_PER_PWM] * _average_drive(signals, theta)
+    _bend_drives(true[:, 0].copy(), v.copy(), clock_s, theta, drive)
+    force -= drive * gain[:, 0]
     torque = theta[INERTIA] * b - coupling * cosine * a - theta[MOMENT] * theta[GRAVITY] * sine
     torque += theta[POLE_VISCOUS] * w - laws[:, 1]
     usable = np.ones(len(signals), dtype=bool)

@@ -49,6 +49,7 @@ MOVING = (0.0, 0.0, 1.0, 1.0)  # modes without dry friction
 add_cart_forces = compose.compose_forces(Place.CART)
 add_pole_torques = compose.compose_forces(Place.POLE)
 sum_held_effects = compose.compose_held()
+bend_drive = compose.compose_drive_laws()
 sum_loads = compose.compose_loads()
 sum_path_forces = compose.compose_path_forces()
 follow_path = compose.compose_path_following()

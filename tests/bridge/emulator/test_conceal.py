@@ -5,13 +5,12 @@ import json
 import pytest
 
 from pendulum_bridge.emulator.conceal import (
-    BY_NAME,
     PERTURBED_CONSTANTS,
-    TABLE,
     complete_set,
     conceal_effects,
     draw_concealed,
 )
+from pendulum_bridge.emulator.concealable import BY_NAME, TABLE
 from pendulum_bridge.emulator.seal import Concealed, open_seal, write_seal
 from pendulum_twin.effects import BY_NAME as CATALOGUE
 from pendulum_twin.errors import BadInputError

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pendulum_bridge.emulator.conceal import BY_NAME, TABLE, Concealable
+from pendulum_bridge.emulator.concealable import BY_NAME, TABLE, Concealable
 from pendulum_bridge.emulator.mjcf import compute_pole_body
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed

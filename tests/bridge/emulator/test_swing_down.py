@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from pendulum_bridge.emulator.conceal import TABLE, Concealable
+from pendulum_bridge.emulator.concealable import TABLE, Concealable
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.swing_down import (

@@ -6,10 +6,9 @@ import pytest
 from pendulum_bridge.emulator.conceal import (
     LARGEST_PERTURBATION,
     PERTURBED_CONSTANTS,
-    TABLE,
-    Concealable,
     draw_concealed,
 )
+from pendulum_bridge.emulator.concealable import TABLE, Concealable
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.session import play_plan

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 
-from pendulum_bridge.emulator.conceal import TABLE
+from pendulum_bridge.emulator.concealable import TABLE
 from pendulum_bridge.emulator.rest import COUNT
 from pendulum_bridge.emulator.seal import open_seal
 from pendulum_bridge.emulator.unlisted.table import TABLE as UNLISTED

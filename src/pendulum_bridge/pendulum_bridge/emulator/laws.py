@@ -175,10 +175,25 @@ def make_sample_period_error(rig: Rig, ratio: float) -> Extra:
     return Extra(pace=lambda t: 1 / (1 + ratio))
 
 
+def make_motor_current_limit(rig: Rig, limit: float, counter_n_s_m: float) -> Extra:
+    """Return a limit of the motor's current, which its counter voltage weakens as well.
+
+    The rig's viscous friction holds the counter voltage's part where the limit is not reached.
+    """
+    per_speed = counter_n_s_m / (rig.force_per_pwm_n or math.inf)
+
+    def gain(u: float, t: float, x: float, th: float, v: float, w: float) -> float:
+        current = u - per_speed * v
+        return math.copysign(min(abs(current), limit), current) + per_speed * v
+
+    return Extra(gain=gain)
+
+
 LISTED: dict[str, Callable[..., Extra]] = {
     "rail_tilt": make_rail_tilt,
     "cogging": make_cogging,
     "force_ripple": make_force_ripple,
+    "motor_current_limit": make_motor_current_limit,
     "periodic_force": make_periodic_force,
     "friction_warming": make_friction_warming,
     "rail_drag_patch": make_rail_drag_patch,

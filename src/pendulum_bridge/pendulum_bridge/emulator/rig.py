@@ -135,6 +135,7 @@ class Reporting:
         steps, self._fraction = divmod(delay_s / step_s, 1.0)
         self._states = deque([state], maxlen=int(steps) + 2)
         self._left = math.exp(-step_s / angle_lag_s) if angle_lag_s else 0.0
+        self._angle = self._followed = state[1]
         self.forget(state)
 
     def keep(self, state: State) -> None:

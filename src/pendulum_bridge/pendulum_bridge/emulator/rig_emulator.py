@@ -15,7 +15,8 @@ import time
 from contextlib import closing
 from pathlib import Path
 
-from pendulum_bridge.emulator.conceal import BY_NAME, draw_concealed
+from pendulum_bridge.emulator.conceal import draw_concealed
+from pendulum_bridge.emulator.concealable import BY_NAME
 from pendulum_bridge.emulator.live_rig import LiveRig
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed, write_seal

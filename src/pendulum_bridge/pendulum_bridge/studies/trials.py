@@ -18,7 +18,7 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
-from pendulum_bridge.emulator.conceal import BY_NAME
+from pendulum_bridge.emulator.concealable import BY_NAME
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import write_seal
 from pendulum_bridge.emulator.sensors import Encoders

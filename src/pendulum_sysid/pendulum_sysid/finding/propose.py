@@ -38,6 +38,7 @@ from pendulum_twin.parameter_vector import SLOTS, get_neutral_values
 SEARCHED_FORMS = (
     Form.FILTER,
     Form.GAIN,
+    Form.DRIVE,
     Form.FORCE,
     Form.TIMED_FORCE,
     Form.DRY,

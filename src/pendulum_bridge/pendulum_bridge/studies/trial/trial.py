@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pendulum_bridge.emulator.conceal import TABLE, complete_set, conceal_effects
+from pendulum_bridge.emulator.conceal import complete_set, conceal_effects
+from pendulum_bridge.emulator.concealable import TABLE
 from pendulum_bridge.emulator.rest import draw_rest
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.emulator.unlisted.table import BY_NAME as UNLISTED
