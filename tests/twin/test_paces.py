@@ -172,14 +172,15 @@ def test_another_twin_brings_its_own_limit() -> None:
 
 def check_live(effect: Effect, effects: dict, live: np.ndarray, wanted: np.ndarray) -> None:
     """Check that a live twin shows the states of a run; of a late angle, what its rate tells."""
-    if effect.form is not Form.LATE:
+    if effect.form not in (Form.LATE, Form.LAGGING):
         assert live.tobytes() == wanted.tobytes()
         return
     (delay_s,) = effects[effect.name].values()
+    order = 1.0 if effect.form is Form.LATE else 2.0  # a lag shows all of it, a delay half
     off = np.max(np.abs(live - wanted)[:, :2])
     rates = wanted[:, 3]
-    assert off < delay_s**2 * np.max(np.abs(np.diff(rates))) / PERIOD_S
-    assert off < 0.2 * delay_s * np.max(np.abs(rates))
+    assert off < order * delay_s**2 * np.max(np.abs(np.diff(rates))) / PERIOD_S
+    assert off < 0.2 * order * delay_s * np.max(np.abs(rates))
 
 
 @pytest.mark.parametrize("effect", CATALOGUE, ids=lambda e: e.name)

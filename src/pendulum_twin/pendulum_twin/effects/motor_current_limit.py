@@ -36,7 +36,16 @@ EFFECT = Effect(
             idle_beyond=Scale.COMMAND,
         ),
         Parameter(
-            "counter_n_s_m", "N s/m", 0.0, 0.0, 1e6, (0.3,), Scale.FORCE, Scale.CART_SPEED, 1
+            "counter_n_s_m",
+            "N s/m",
+            0.0,
+            0.0,
+            1e6,
+            (0.3,),
+            Scale.FORCE,
+            Scale.CART_SPEED,
+            1,
+            shape=True,
         ),
     ),
     sentence="The motor's current is limited as by a command of {limit}, with {counter_n_s_m} of "
