@@ -205,13 +205,16 @@ def compose_held() -> Callable[..., Any]:
 
 
 def compose_drive_laws() -> Callable[..., Any]:
-    """Return bend(force, v, p, i, width): the drive's force on lane i, N, over a step."""
+    """Return bend(force, v, p, i, width): what the drive does to lane i over a step.
+
+    Its force, N; what is added to the viscous friction of the cart, N s/m.
+    """
     effects = _list_effects(Form.DRIVE, tuple(Place))
-    lines = [
-        f"force = {e.name}({', '.join(['force', 'v', *_list_arguments(e, LANE)])})"
-        for _, e in effects
-    ]
-    return _compile("bend", "force, v, p, i, width", [*lines, "return force"], effects)
+    lines = ["viscous = 0.0"]
+    for _, e in effects:
+        arguments = ", ".join(["force", "v", *_list_arguments(e, LANE)])
+        lines += [f"force, more = {e.name}({arguments})", "viscous += more"]
+    return _compile("bend", "force, v, p, i, width", [*lines, "return force, viscous"], effects)
 
 
 def compose_loads() -> Callable[..., Any]:

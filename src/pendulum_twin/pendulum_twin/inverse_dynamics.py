@@ -47,7 +47,8 @@ def _bend_drives(x, v, t, p, out):  # type: ignore[no-untyped-def]
     """Turn forces of the drive, N, out (n,), into what its effects make of them, in place."""
     for n in range(len(x)):
         gain = sum_held_effects(x[n], 0.0, 0.0, t[n], p, 0, 1)[0]
-        out[n] = bend_drive(out[n] * gain, v[n], p, 0, 1)
+        force, viscous = bend_drive(out[n] * gain, v[n], p, 0, 1)
+        out[n] = force - viscous * v[n]
 
 
 @kernel.compile_cached

@@ -42,7 +42,8 @@ class Form(Enum):
     DRY_RATIO = "dry_ratio"
     # factor on the force of the drive, held over a step: law(x, *parameters) -> factor
     GAIN = "gain"
-    # force of the drive, N, held over a step: law(force, v, *constants, *parameters) -> force
+    # force of the drive, N, and viscous friction in N s/m added to the cart's, held over a step:
+    # law(force, v, *constants, *parameters) -> force, viscous
     DRIVE = "drive"
     # force on the cart in N, held over a step: law(t, *parameters) -> force
     TIMED_FORCE = "timed_force"

@@ -8,13 +8,17 @@ from pendulum_twin.effects.effect import Effect, Form, Parameter, Place, Scale
 
 
 def law(force, v, force_per_pwm_n, limit, counter_n_s_m):
-    """Return the drive's force, N, at the cart's velocity v; the same force below the limit.
+    """Return the drive's force, N, and what is added to the cart's viscous friction, N s/m.
 
-    The viscous friction of the cart holds counter_n_s_m: what the limit cuts off comes back here.
+    Below the limit both stay. At the limit the counter voltage's part of the friction is gone.
     """
     current = force - counter_n_s_m * v
     most = limit * force_per_pwm_n
-    return force + (min(max(current, -most), most) - current)
+    if current > most:
+        return most, -counter_n_s_m
+    if current < -most:
+        return -most, -counter_n_s_m
+    return force, 0.0
 
 
 EFFECT = Effect(
