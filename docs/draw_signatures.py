@@ -62,7 +62,7 @@ OVER_POSITION = (
 )
 AT_CART = ("cart_sign_inverted", "position_scale", "eccentric_pulley", "sensor_delay")  # sensors
 OVER_COMMAND = ("drive_slew_limit", "stretching_belt", "sensor_delay")
-OVER_RATE = ("pole_coulomb_friction", "pole_quadratic_drag", "angle_delay")
+OVER_RATE = ("pole_coulomb_friction", "pole_quadratic_drag", "angle_delay", "angle_lag")
 OVER_TIME = (
     "gain_drift",
     "friction_warming",

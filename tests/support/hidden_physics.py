@@ -29,7 +29,7 @@ HIDDEN: dict[str, dict[str, float]] = {
     "motor_lag": {"time_constant_s": 0.04},
     "stretching_belt": {"period_s": 0.12, "damping": 0.1},
     "belt_backlash": {"gap_m": 0.002},
-    "motor_current_limit": {"limit": 0.3, "counter_n_s_m": 0.4},
+    "motor_current_limit": {"limit": 0.3, "counter_share": 0.8},
     "force_ripple": {"ratio": 0.12, "period_m": 0.11, "phase_rad": 0.7},
     "cart_coulomb_friction": {"level_n": 0.5},
     "cart_stribeck_friction": {"level_n": 0.4, "static_n": 0.4, "velocity_m_s": 0.08},

@@ -212,16 +212,22 @@ def test_rail_tilt_is_a_constant_force():
 @pytest.mark.parametrize("v", [0.0, 0.5, -0.5])
 def test_motor_current_limit(v):
     """A cart that moves against the force meets the limit earlier, by the counter voltage."""
-    limit = {"motor_current_limit": {"limit": 0.2, "counter_n_s_m": 2.0}}
-    state = (0.0, np.pi, v, 0.0)
+    limit = {"motor_current_limit": {"limit": 0.2, "counter_share": 0.8}}
+    state, counter = (0.0, np.pi, v, 0.0), 0.8 * CART_ALONE.cart_viscous_n_s_m
     free, within, beyond = (
-        compute_acceleration(*which, SLIDING_CART)[0]
-        for which in (({}, state, 0.3), (limit, state, 0.1), (limit, state, 0.3))
+        compute_acceleration(effects, state, command, CART_ALONE)[0] * MASS
+        for effects, command in (({}, 0.3), (limit, 0.1), (limit, 0.3))
     )
-    assert within == pytest.approx(0.1 * GAIN / MASS, rel=1e-9)
-    current = min(0.3 * GAIN - 2.0 * v, 0.2 * GAIN)
-    assert free == pytest.approx(0.3 * GAIN / MASS, rel=1e-9)
-    assert beyond == pytest.approx((current + 2.0 * v) / MASS, rel=1e-3)
+    friction = CART_ALONE.cart_viscous_n_s_m * v
+    assert free == pytest.approx(0.3 * GAIN - friction, rel=1e-4)
+    assert within == pytest.approx(0.1 * GAIN - friction, rel=1e-4)
+    assert beyond == pytest.approx(0.2 * GAIN - friction + counter * v, rel=1e-4)
+
+
+def test_a_current_limit_frees_no_more_friction_than_there_is():
+    limit = {"motor_current_limit": {"limit": 0.01, "counter_share": 2.0}}
+    states = run(CART_ALONE, REST, limit, (0.0, np.pi, 2.0, 0.0))
+    assert np.all(np.diff(states[:, V]) <= 1e-12) and states[-1, V] < 1.9
 
 
 def test_drive_offset_is_a_larger_command_and_the_tilt_of_the_same_force():

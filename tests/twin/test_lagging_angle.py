@@ -60,6 +60,18 @@ def test_a_run_that_begins_in_the_middle_goes_on_as_the_whole_run(theta):
     assert errors[0] < 0.25 * errors[1]
 
 
+@pytest.mark.parametrize("delay_s", [0.0, 0.0123])
+def test_a_run_begins_with_its_start_state_whatever_the_clock_s_pace(delay_s):
+    theta = make_twin(
+        angle_lag={"time_constant_s": LAG_S},
+        angle_delay={"delay_s": delay_s},
+        sample_period_error={"ratio": 0.06},
+    )
+    signals, start = recording(wild_command(20), PERIOD_S), (0.1, 2.0, 0.3, 5.0)
+    first = run_windows(signals, theta, [5], [start], 10)[0, 0]
+    assert first == pytest.approx(start, abs=1e-9)
+
+
 def test_the_motion_behind_a_lagging_sensor_lacks_no_torque():
     signals, shown = run_from_rest(LAGGING)
     accelerations = np.gradient(shown[:, 2:], PERIOD_S, axis=0)

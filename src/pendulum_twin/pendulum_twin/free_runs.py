@@ -89,7 +89,7 @@ def run_driven(
     true_starts = _lead_poles(signals, drives, theta, set_of, begin, before, path_memory, behind)
     received = before.copy()
     received[lagging], true_starts[lagging] = begin_poles(
-        before[lagging], true_starts[lagging], delays[lagging], lags[lagging]
+        before[lagging], true_starts[lagging], delays[lagging], lags[lagging], paces[lagging]
     )
     for twins, own_set_of, lanes in _group_by_reaction(theta, set_of):
         out = true if isinstance(lanes, slice) else np.empty((len(lanes), samples, 4))

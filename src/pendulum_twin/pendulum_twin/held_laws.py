@@ -69,6 +69,7 @@ def hold_effects(p, i, width, laws, step, mass, viscous):
     x, th = x + half_way, th + 0.5 * h * w
     gain, force, dry, drag = sum_held_effects(x, th, w, t, p, i, width)
     force += sum_path_forces(PATH, half_way, p, i, width)
+    p[CART_VISCOUS * width + i] = viscous  # the last step's stands there
     drive, freed = bend_drive(p[FORCE * width + i] * gain, v, p, i, width)
     if len(laws) > 3:  # the cart alone moves, and what joins it to the drive pulls it
         share = sum_shares(p, i, width)

@@ -44,11 +44,14 @@ EVERY = slice(None)  # sample
 
 @kernel.compile_cached
 def _bend_drives(x, v, t, p, out):  # type: ignore[no-untyped-def]
-    """Turn forces of the drive, N, out (n,), into what its effects make of them, in place."""
+    """Turn out (n, 2) into what the effects of the drive make of it, in place.
+
+    Its columns: forces of the drive, N; forces of the friction that the drive frees, N, once 0.
+    """
     for n in range(len(x)):
         gain = sum_held_effects(x[n], 0.0, 0.0, t[n], p, 0, 1)[0]
-        force, viscous = bend_drive(out[n] * gain, v[n], p, 0, 1)
-        out[n] = force - viscous * v[n]
+        out[n, 0], viscous = bend_drive(out[n, 0] * gain, v[n], p, 0, 1)
+        out[n, 1] = -viscous * v[n]
 
 
 @kernel.compile_cached
@@ -134,9 +137,10 @@ def compute_missing_force(
     gain = np.empty((len(true), 5))
     clock_s = signals.clock_s * float(compute_paces(theta))
     fill_measured_laws(np.ascontiguousarray(true), clock_s, theta, gain)
-    drive = theta[FORCE_PER_PWM] * _average_drive(signals, theta)
+    drive = np.zeros((len(true), 2))
+    drive[:, 0] = theta[FORCE_PER_PWM] * _average_drive(signals, theta)
     _bend_drives(true[:, 0].copy(), v.copy(), clock_s, theta, drive)
-    force -= drive * gain[:, 0]
+    force -= drive[:, 0] * gain[:, 0] + drive[:, 1]
     torque = theta[INERTIA] * b - coupling * cosine * a - theta[MOMENT] * theta[GRAVITY] * sine
     torque += theta[POLE_VISCOUS] * w - laws[:, 1]
     usable = np.ones(len(signals), dtype=bool)

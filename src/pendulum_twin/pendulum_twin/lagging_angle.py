@@ -79,15 +79,18 @@ def lead_angle(
 
 
 def begin_poles(
-    before: Floats, ahead: Floats, delays: Floats, lags: Floats
+    before: Floats, ahead: Floats, delays: Floats, lags: Floats, paces: Floats
 ) -> tuple[Floats, Floats]:
     """Return states (runs, 4) where runs begin: as a lagging sensor receives them, and true.
 
     before: (runs, 4) states as the sensor shows them; ahead: (runs, 4) the same by a delay and a
         lag later, by the twin, which tells how fast the rate changes.
-    delays: (runs,) s, how much later than they are true the sensor receives them.
-    lags: (runs,) s, above 0.
+    delays: (runs,) s by the stamps, how much later than they are true the sensor receives them.
+    lags, paces: (runs,), see `follow_angle`.
+
+    The first state that the sensor shows is `before`.
     """
+    delays, lags = delays * paces, lags * paces
     received = before.copy()
     turn = (ahead[:, 3] - before[:, 3]) / (delays + lags)
     received[:, 1] += lags * before[:, 3]

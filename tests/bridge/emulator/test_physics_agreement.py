@@ -98,7 +98,7 @@ def test_every_effect_acts_as_the_catalogue_says(chosen: Concealable, endless: R
     if chosen.name == "drive_slew_limit":  # the run's fastest command takes 0.9 s to 1
         effects[chosen.name]["ramp_s"] = 2.0
     if chosen.name == "motor_current_limit":  # the run stays below the limits that are concealed
-        effects[chosen.name] = {"limit": 0.06, "counter_n_s_m": 1.0}
+        effects[chosen.name] = {"limit": 0.06, "counter_share": 0.9}
     start = BEGINS.get(chosen.name, (0.0, np.pi + 0.8, 0.0, 0.0))
     measured, _ = emulated(endless, effects, sent, start)
     twin = twinned(endless, effects, sent, tuple(measured[0]))

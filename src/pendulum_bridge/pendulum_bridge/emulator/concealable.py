@@ -191,7 +191,7 @@ TABLE: tuple[Concealable, ...] = (
     Concealable(
         "motor_current_limit",
         "saturation",
-        {"limit": (0.22, 0.38), "counter_n_s_m": (0.2, 0.45)},
+        {"limit": (0.22, 0.38), "counter_share": (0.5, 0.9)},
         shapes=("limit",),
     ),
 )

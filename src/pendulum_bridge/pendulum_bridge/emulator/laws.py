@@ -175,11 +175,13 @@ def make_sample_period_error(rig: Rig, ratio: float) -> Extra:
     return Extra(pace=lambda t: 1 / (1 + ratio))
 
 
-def make_motor_current_limit(rig: Rig, limit: float, counter_n_s_m: float) -> Extra:
+def make_motor_current_limit(rig: Rig, limit: float, counter_share: float) -> Extra:
     """Return a limit of the motor's current, which its counter voltage weakens as well.
 
-    The rig's viscous friction holds the counter voltage's part where the limit is not reached.
+    counter_share: of the rig's viscous friction, the counter voltage's part, which is there where
+        the limit is not reached.
     """
+    counter_n_s_m = counter_share * (rig.cart_viscous_n_s_m or 0.0)
     per_speed = counter_n_s_m / (rig.force_per_pwm_n or math.inf)
 
     def gain(u: float, t: float, x: float, th: float, v: float, w: float) -> float:

@@ -55,7 +55,7 @@ class Shape:
         sized = any(not p.shape for p in self.effect.parameters)
         for k, p in enumerate(self.effect.parameters):
             full = self.whole[slot.start + k]
-            nothing = p.neutral if sized else self.scales[k]
+            nothing = self.scales[k] if p.idle_beyond is not None else p.neutral
             moved[slot.start + k] = (
                 full if sized and p.shape else nothing + share * (full - nothing)
             )
