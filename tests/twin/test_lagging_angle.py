@@ -57,7 +57,7 @@ def test_a_run_that_begins_in_the_middle_goes_on_as_the_whole_run(theta):
     assert late[:, 0] == pytest.approx(expected[:, 0], abs=1e-12)
     prompt = run_windows(signals, PROMPT, begin, shown[begin], 50)
     errors = [np.max(np.abs(run - expected)[..., :2]) for run in (late, prompt)]
-    assert errors[0] < 0.25 * errors[1]
+    assert errors[0] < 0.25 * errors[1]  # 0.21: the start's rate is known by a mean alone
 
 
 @pytest.mark.parametrize("delay_s", [0.0, 0.0123])

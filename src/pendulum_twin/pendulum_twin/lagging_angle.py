@@ -88,7 +88,8 @@ def begin_poles(
     delays: (runs,) s by the stamps, how much later than they are true the sensor receives them.
     lags, paces: (runs,), see `follow_angle`.
 
-    The first state that the sensor shows is `before`.
+    The first state that the sensor shows is `before`. The true rate follows from the mean
+    acceleration over the lag, and is off by some 0.03 rad/s at 20 ms.
     """
     delays, lags = delays * paces, lags * paces
     received = before.copy()

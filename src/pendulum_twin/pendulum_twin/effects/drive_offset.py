@@ -1,7 +1,8 @@
 """The drive's zero is off: it pushes the cart where the command is 0.
 
-Of a drive with a constant gain this is the force of a tilted rail. A gain that changes, a limit of
-the current and a load part the two, but not where either is fitted beside them.
+With a drive of constant gain this is the force of a tilted rail. Where the gain changes, the
+current is limited or a load is put on, the two rigs move differently; a verdict calls the two
+inseparable there as well.
 """
 
 from pendulum_twin.effects.effect import Effect, Form, Parameter, Place, Scale
