@@ -3,77 +3,39 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from pendulum_sysid import decisions
+from pendulum_sysid.beside_laws import add_laws, measure_rest
 from pendulum_sysid.cleaning.joining import join_recordings
 from pendulum_sysid.errors import UnusableRecording
-from pendulum_sysid.finding.cancellation import list_cancelled
 from pendulum_sysid.finding.changed_rig import find_change, take_changed_rig
 from pendulum_sysid.finding.detectors import Use, read_effects
-from pendulum_sysid.finding.environments import measure_steadiness
-from pendulum_sysid.finding.given_twin import (
-    is_ahead_by_chance,
-    is_surely_behind,
-    take_given_twin,
-)
-from pendulum_sysid.finding.localisation.inspection import inspect_twin, inspect_twins
+from pendulum_sysid.finding.given_twin import is_ahead_by_chance, is_surely_behind, take_given_twin
+from pendulum_sysid.finding.localisation.inspection import inspect_twins
 from pendulum_sysid.finding.localisation.localise import localise
-from pendulum_sysid.finding.localisation.shape_check import (
-    Misfit,
-    find_misfits,
-    measure_remainders,
-)
-from pendulum_sysid.finding.naming import (
-    Named,
-    add_readings,
-    is_left_parts,
-    list_doubted,
-    part_sure_names,
-)
-from pendulum_sysid.finding.replication import join_intervals, widen_intervals
-from pendulum_sysid.finding.search import Answer
+from pendulum_sysid.finding.localisation.shape_check import find_misfits, measure_remainders
+from pendulum_sysid.finding.search import Answer, search_in_place
 from pendulum_sysid.finding.settled_search import search_settled
 from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.finding.whole_windows import measure_whole_windows
 from pendulum_sysid.fitting.blas_threads import use_one_blas_thread
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.latent_force import measure_latent_force
-from pendulum_sysid.fitting.noise_floor import is_at_noise, measure_noise_floor
+from pendulum_sysid.fitting.noise_floor import measure_noise_floor
 from pendulum_sysid.fitting.window_runs import run_parts, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
-from pendulum_sysid.measuring.law_bands import widen_bands
-from pendulum_sysid.measuring.law_parts import give_parts_back
-from pendulum_sysid.measuring.law_start import begin_laws
-from pendulum_sysid.measuring.measure import Measured, measure_best_laws
-from pendulum_sysid.measuring.names_beside_laws import (
-    is_part_of_law,
-    leave_out_names,
-    list_bent,
-    list_lesser_parts,
-    list_needed,
-    list_sized,
-    list_stand_ins,
-)
+from pendulum_sysid.measuring.measure import Measured, is_better
 from pendulum_sysid.measuring.repeatability import measure_repeatability
-from pendulum_sysid.measuring.shared_parameters import list_shared_parameters
+from pendulum_sysid.measuring.wider_effects import find_wider_effects
 from pendulum_sysid.planning.next_experiment import CHANGED, plan_next_experiment
 from pendulum_sysid.prepare import Prepared, prepare
-from pendulum_sysid.records import Fit, Outcome, Recording, Split
+from pendulum_sysid.records import Outcome, Recording, Split
 from pendulum_sysid.telling.drawings import collect_drawings, draw_overlays
-from pendulum_sysid.telling.likeness import is_unlike
-from pendulum_sysid.telling.outcome import (
-    Findings,
-    decide_outcome,
-    is_above_noise,
-    is_motion_effect,
-    runs_at_noise,
-)
+from pendulum_sysid.telling.outcome import Findings, decide_outcome, is_above_noise, runs_at_noise
 from pendulum_sysid.telling.verdict import make_unusable, make_verdict
 from pendulum_sysid.verdict.record import Verdict
-from pendulum_twin.effects import BY_NAME as EFFECTS
-from pendulum_twin.laws import BY_NAME as LAWS_BY_NAME
 from pendulum_twin.model import Twin
 
 Progress = Callable[[str], None]
@@ -111,7 +73,7 @@ def diagnose_prepared(prepared: Prepared, progress: Progress, began: float) -> V
     overlays = draw_overlays(findings.before["held_out"], findings.after["held_out"])
     return replace(
         verdict,
-        trials=answer.trials,
+        trials=answer.journal.trials,
         overlays=overlays,
         drawings=collect_drawings(findings, prepared.split.held_out),
     )
@@ -120,7 +82,12 @@ def diagnose_prepared(prepared: Prepared, progress: Progress, began: float) -> V
 def explain_answer(prepared: Prepared, answer: Answer, progress: Progress) -> Findings:
     """Return all that a verdict is written from: the search's answer, judged, and laws."""
     case, split = prepared.case, prepared.split
-    findings = measure_rest(judge_answer(case, split, answer, progress), split, progress)
+    findings = judge_answer(case, split, answer, progress)
+    measured = measure_rest(findings, split, progress)
+    if measured is not None:
+        findings, measured = widen_names(findings, split, answer, measured, progress)
+    if measured is not None:
+        findings = add_laws(findings, split, measured)
     findings = plan_next(findings, split)
     if runs_at_noise(findings):
         return findings
@@ -130,6 +97,29 @@ def explain_answer(prepared: Prepared, answer: Answer, progress: Progress) -> Fi
         return findings
     wandering = measure_latent_force(improved, split, findings.final.theta)
     return replace(findings, wandering=wandering)
+
+
+def widen_names(
+    findings: Findings, split: Split, answer: Answer, measured: Measured, progress: Progress
+) -> tuple[Findings, Measured | None]:
+    """Return findings and laws with wider effects in the place of names, where laws ask for them.
+
+    Laws beside a name that is too simple follow what the name lacks. So they are measured anew
+    beside the wider effect, and it stays where it is a name then and the twin is no worse.
+
+    answer: what the findings judge.
+    measured: laws beside the names of the findings.
+    """
+    case = findings.case
+    wider = find_wider_effects(measured, [effect.effect for effect in findings.named])
+    if wider is None:
+        return findings, measured
+    again = judge_answer(case, split, search_in_place(case, split, answer, wider), progress)
+    if not {e.effect for e in again.named}.issuperset({*wider.effects} - {*answer.best.effects}):
+        return findings, measured
+    rest = measure_rest(again, split, progress)
+    worse = is_above_noise(again) if rest is None else is_better(measured, rest, has_names=True)
+    return (findings, measured) if worse else (again, rest)
 
 
 def plan_next(findings: Findings, split: Split) -> Findings:
@@ -195,156 +185,3 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
     if decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE:
         return replace(findings, certain=read_effects(case, base.theta, Use.CERTAIN))
     return findings
-
-
-def measure_rest(findings: Findings, split: Split, progress: Progress) -> Findings:
-    """Return the findings with measured laws for what no name explains, if laws help.
-
-    Where names do not explain the errors, laws are tried without these names first, but beside
-    the dry friction of the best fit and what the pole steadily shows by itself. A name that the
-    laws leave without a sure size, or can do without, is no name any more. Names and their shapes
-    are asked again beside the laws, which hold what disturbed them before. Laws with which the
-    recording still does not look like its rig go, where they explain no more than half of the
-    error: they follow what is random.
-    """
-    unnamed = decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE
-    rest = (unnamed or is_above_noise(findings)) and findings.change is None
-    if not (decisions.MEASURE_LAWS and rest):
-        return findings
-    case = findings.case
-    progress(Stage.LAWS)
-    shown = {e.effect for e in (*findings.named, *findings.perhaps) if e.is_of_pole}
-    bare = begin_laws(findings.base, findings.best, shown)
-    starts = (bare, findings.best) if unnamed else (findings.best,)
-    has_names = any(is_motion_effect(effect.effect) for effect in findings.named)
-    measured = measure_best_laws(case, split, starts, has_names, progress)
-    if measured is None:
-        return findings
-    measured = give_parts_back(measured, findings.best.effects)
-    if not measured.law_fit.curves:  # all of them are parts of names
-        return findings
-    fit = measured.named[0]
-    floor = measure_noise_floor(replace(case, twin=fit.twin), fit.theta, split.held_out)
-    fit, at_noise = widen_intervals(case, split, fit), is_at_noise(case, split, fit, floor)
-    fit = join_intervals(fit, findings.best, list_doubtful_sizes(measured, at_noise))
-    sure, perhaps, needed = ask_names_again(findings, split, measured, fit)
-    misfits = ask_shapes_again(findings, fit, sure, needed, measured.kinds)
-    fit, sure = add_readings(case, fit, sure)
-    improved = replace(case, twin=fit.twin)
-    after = run_parts(improved, split)
-    with_laws = replace(
-        findings,
-        named=sure,
-        perhaps=perhaps,
-        misfits=misfits,
-        laws=widen_bands(measured),
-        with_laws=fit,
-        needed=needed if at_noise else (),
-        after=after,
-        remains=localise(inspect_twin(case, fit.theta), fit.theta, after["train"]),
-        floor=measure_noise_floor(improved, fit.theta, split.held_out),
-        law_misfits=measure_whole_windows(case, split, fit),
-        given_stays=False,
-    )
-    if is_surely_behind(after["held_out"], findings.before["held_out"]):
-        return findings
-    left = (after["held_out"].score / findings.after["held_out"].score) ** 2
-    explains = left < 1.0 - decisions.LEAST_EXPLAINED_SHARE
-    return with_laws if explains or not is_unlike(with_laws) else findings
-
-
-def list_doubtful_sizes(measured: Measured, at_noise: bool) -> Collection[str]:
-    """Return the parameters that are known no better with measured laws than without.
-
-    A single law that explains all errors is an explanation, as a name is. It leaves in doubt only
-    the parameters of which it can hold a share. Several laws, or a law that leaves errors, are a
-    choice among laws, and every parameter takes what the choice leaves.
-    """
-    if at_noise and len(measured.kinds) == 1:
-        return list_shared_parameters(measured.case, measured.law_fit)
-    return measured.named[0].estimates
-
-
-def ask_names_again(
-    findings: Findings, split: Split, measured: Measured, fit: Fit
-) -> tuple[tuple[Named, ...], tuple[Named, ...], tuple[str, ...]]:
-    """Return the names beside laws, the effects that are none, and those that the twin needs.
-
-    An effect that was not sure without laws is a name if it is sure, needed and steady with them,
-    and no part of a law. No name is an effect that the twin does not need beside the laws, that
-    stands for another law, or that, above the noise, other effects nearly cancel.
-
-    measured: the laws.
-    fit: the fit with laws, with the intervals that the verdict tells.
-    """
-    case = findings.case
-    whole = [e for e in list_doubted(findings.perhaps) if not is_part_of_law(measured, e.effect)]
-    doubtful, _ = part_sure_names(fit, whole, case.scales)
-    bent = list_bent(measured, [effect.effect for effect in findings.named])
-    sure, doubted = part_sure_names(fit, findings.named, case.scales, bent)
-    names = [effect.effect for effect in (*sure, *doubtful)]
-    lesser, sized = list_lesser_parts(measured, names), list_sized(measured, names)
-    without = leave_out_names(measured, sized)
-    needed = list_needed(measured, without)
-    steady = measure_steadiness(case, split, fit)
-    sure, doubtful = (
-        tuple(replace(e, steadiness=steady.get(e.effect, e.steadiness)) for e in effects)
-        for effects in (sure, doubtful)
-    )
-    above = fit.choose > decisions.MISFIT_AT_NOISE
-    stand_ins = list_stand_ins(measured, {name: without[name] for name in needed})
-    cancelled = list_cancelled(case, fit) if above else ()
-    unlike = {*lesser, *stand_ins, *cancelled, *(name for name in sized if name not in needed)}
-    idle = tuple(e for e in sure if e.effect in unlike)
-    regained = tuple(
-        replace(e, is_sure=True, is_cancelled=False)
-        for e in doubtful
-        if e.effect in needed and e.is_steady and e.effect not in unlike
-    )
-    back = {effect.effect for effect in regained}
-    return (
-        (*(e for e in sure if e not in idle), *regained),
-        (*idle, *doubted, *(e for e in findings.perhaps if e.effect not in back)),
-        needed,
-    )
-
-
-def ask_shapes_again(
-    findings: Findings,
-    fit: Fit,
-    named: Sequence[Named],
-    needed: Collection[str],
-    kinds: Collection[str],
-) -> tuple[Misfit, ...]:
-    """Return the misfits that laws at other places than the name's do not take away.
-
-    Those of effects that only laws made names are among them.
-
-    fit: with laws.
-    named: the effects of the fit that are asked, as they are beside the laws.
-    needed: effects without which the fit with laws is worse.
-    kinds: of the laws.
-
-    A law at the place of an effect may have bent its shape to what is there, unless it leaves the
-    effect its parts, or the twin needs the effect beside it at the same size everywhere.
-    """
-    names = [effect.effect for effect in named]
-    lasting = {e.effect for e in named if e.effect in needed and e.is_steady}
-    before = {effect.effect for effect in findings.named}
-    if not findings.misfits and before.issuperset(names):
-        return ()
-    remainders = measure_remainders(findings.case, fit)
-    misfits = find_misfits(findings.case, fit.theta, remainders, names)
-    still = {(misfit.effect, misfit.place) for misfit in misfits}
-    places = {LAWS_BY_NAME[name].place for name in kinds}
-    kept = (
-        misfit
-        for misfit in findings.misfits
-        if (misfit.effect, misfit.place) in still
-        or (
-            EFFECTS[misfit.effect].place in places
-            and misfit.effect not in lasting
-            and not is_left_parts(misfit.effect, kinds)
-        )
-    )
-    return (*kept, *(misfit for misfit in misfits if misfit.effect not in before))

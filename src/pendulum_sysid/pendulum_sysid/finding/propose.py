@@ -73,9 +73,14 @@ class Proposal:
     gain: float
 
 
-def propose(case: Case, split: Split, fit: Fit) -> list[Proposal]:
-    """Return every effect that the rig can have and the fit lacks, the most promising first."""
-    probed = list_probes(case, fit)
+def propose(
+    case: Case, split: Split, fit: Fit, effects: Sequence[Effect] | None = None
+) -> list[Proposal]:
+    """Return every effect that the rig can have and the fit lacks, the most promising first.
+
+    effects: the candidates; None for all.
+    """
+    probed = list_probes(case, fit, effects)
     free = list_free_parameters(case.twin, fit.effects, case.scales)
     problem = case.problem(shorten_windows(case.state, split.learn, fit.pieces))
     vectors = np.array([theta for _, theta in probed]).reshape(-1, fit.theta.size)
@@ -91,12 +96,17 @@ def propose(case: Case, split: Split, fit: Fit) -> list[Proposal]:
     return [_join([p for p in ranked if p.effect == name]) for name in names]
 
 
-def list_probes(case: Case, fit: Fit) -> list[tuple[Effect, Floats]]:
-    """Return every candidate with theta (SIZE,) at each of its typical sizes."""
+def list_probes(
+    case: Case, fit: Fit, effects: Sequence[Effect] | None = None
+) -> list[tuple[Effect, Floats]]:
+    """Return every candidate with theta (SIZE,) at each of its typical sizes.
+
+    effects: the candidates; None for all.
+    """
     sight = Sight(case, fit.theta)
     return [
         (effect, theta)
-        for effect in list_candidates(case, fit.effects)
+        for effect in (list_candidates(case, fit.effects) if effects is None else effects)
         for theta in make_probes(sight, fit, effect)
     ]
 

@@ -42,7 +42,9 @@ from pendulum_sysid.finding.unnamed import widen_sizes
 from pendulum_sysid.finding.weights import WeighedSet, weigh_sets
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import fit_over_horizon
-from pendulum_sysid.records import Fit, Split, Trial
+from pendulum_sysid.records import Fit, Split
+from pendulum_twin.effects import BY_NAME
+from pendulum_twin.parameter_vector import SLOTS, get_neutral_values
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,9 @@ class Answer:
     perhaps: effects of the best fit that are not sure enough to be named.
     ties: what the recording cannot part from them, by sensitivities.
     sets: the sets of effects that were tried, and how much each is believed.
-    trials: every fit that was tried, in order.
+    pole: what the pole shows by itself, which backs some of the effects; None where the pole was
+        not asked or did not help.
+    journal: every fit that was tried, in order.
     """
 
     base: Fit
@@ -64,7 +68,8 @@ class Answer:
     perhaps: tuple[Named, ...]
     ties: tuple[Tie, ...]
     sets: tuple[WeighedSet, ...]
-    trials: tuple[Trial, ...]
+    pole: PoleAnswer | None
+    journal: Journal
 
 
 @dataclass(frozen=True)
@@ -72,8 +77,7 @@ class Explanation:
     """Hold a fit that explains the errors of the base.
 
     fit: with all effects that are needed.
-    pole: what the pole shows by itself, which backs some of the effects; None where the pole was
-        not asked or did not help.
+    pole: as of `Answer`.
     """
 
     fit: Fit
@@ -93,7 +97,32 @@ def search_effects(case: Case, split: Split, report: Progress = report_nothing) 
     search = Search(replace(case, step_s=decisions.SEARCH_STEP_S), split, Journal(report))
     report(Stage.CONSTANTS)
     base = fit_parameters_alone(search)
-    explanation = explain_misfit(search, base)
+    return conclude_search(case, search, base, explain_misfit(search, base))
+
+
+def search_in_place(case: Case, split: Split, answer: Answer, other: Fit) -> Answer:
+    """Return the answer with the effects of another fit in the place of the effects of its best.
+
+    other: the fit that shows these effects and their sizes.
+    """
+    search = Search(replace(case, step_s=decisions.SEARCH_STEP_S), split, answer.journal)
+    theta = answer.best.theta.copy()
+    for effect in set(answer.best.effects) - set(other.effects):
+        theta[SLOTS[effect]] = get_neutral_values(BY_NAME[effect])
+    for effect in set(other.effects) - set(answer.best.effects):
+        theta[SLOTS[effect]] = other.theta[SLOTS[effect]]
+    fit = search.fit_effects(other.effects, answer.best, theta)
+    search.journal.note(fit, "measured laws ask for it")
+    return conclude_search(case, search, answer.base, Explanation(fit, answer.pole))
+
+
+def conclude_search(case: Case, search: Search, base: Fit, explanation: Explanation) -> Answer:
+    """Return what there is to say of the fit that a search ends at.
+
+    case: with the twin's own steps.
+    base: the fit of parameters alone.
+    """
+    split, report = search.split, search.journal.report
     report(Stage.NAMING)
     named = name_effects(search, base, explanation.fit, explanation.pole)
     report(Stage.TIES)
@@ -113,7 +142,8 @@ def search_effects(case: Case, split: Split, report: Progress = report_nothing) 
     perhaps = tuple(effect for effect in named if not effect.is_lasting)
     lasting = fit_rivals(search, explanation.fit, lasting, ties)
     best = hold_rivals(case, best, lasting)
-    return Answer(base, best, lasting, perhaps, ties, sets, search.journal.trials)
+    pole, journal = explanation.pole, search.journal
+    return Answer(base, best, lasting, perhaps, ties, sets, pole, journal)
 
 
 def explain_misfit(search: Search, base: Fit) -> Explanation:
