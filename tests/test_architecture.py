@@ -28,8 +28,8 @@ CONFINED = (  # these packages may be imported in these modules, and nowhere els
 # The rooms of pendulum_sysid from the ground up: each imports itself and those before it.
 FLOORS = (
     "command_doubt", "records", "verdict", "errors", "decisions", "reading", "cleaning", "fitting",
-    "finding", "measuring", "planning", "telling", "plausibility", "prepare", "beside_laws", "pipeline", "fleet",
-    "verbs", "studies",
+    "finding", "measuring", "planning", "telling", "plausibility", "prepare", "beside_laws",
+    "pipeline", "fleet", "verbs", "studies",
 )  # fmt: skip
 # The roof: a study may import every package, and only studies import it.
 STUDIES = {f"{package}.studies" for package in PACKAGES}

@@ -8,7 +8,7 @@ import pytest
 from support.made_recordings import INTECO, made
 from support.measured_laws import measure_beside_constants
 
-from pendulum_sysid.measuring.law_bands import _project, widen_bands
+from pendulum_sysid.measuring.law_bands import _project, _widen, widen_bands
 from pendulum_sysid.measuring.measure import Measured
 from pendulum_sysid.measuring.shape_fit import fit_shape
 from pendulum_sysid.measuring.shapes import SHAPES
@@ -62,6 +62,25 @@ def test_the_slope_of_a_line_varies_as_its_curve_does():
     deviations = _project(fitted, x, 0.3**2 * np.outer(x, x))
     slope = int(np.argmin(np.abs(fitted.values - 2.0)))
     assert deviations[slope] == pytest.approx(0.3, rel=1e-3)
+
+
+@pytest.mark.parametrize(("apart", "stays"), [(0.3, True), (3.0, False)])
+def test_a_formula_that_blocks_leave_nothing_sure_of_is_told_as_a_curve(
+    monkeypatch: pytest.MonkeyPatch, apart: float, stays: bool
+):
+    """A slope of 1 to 5 N/m^3 between blocks is no formula for the next recording."""
+    measured = measure_force((3.0, 4.0) * 3)
+    (law,), (curve,), (prior,) = (
+        measured.named[1],
+        measured.law_fit.curves,
+        measured.law_fit.priors,
+    )
+    x = law.curve.knots
+    line = next(shape for shape in SHAPES if shape.name == "line")
+    straight = replace(law, shape=fit_shape(line, x, -3.0 * x, 1e4 * np.eye(len(x))))
+    wide = _widen(straight, curve, prior, apart**2 * np.outer(curve.knots, curve.knots))
+    assert (wide.shape is not None) is stays
+    assert np.array_equal(wide.values, law.values)
 
 
 def test_at_the_noise_a_band_stays():

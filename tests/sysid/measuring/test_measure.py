@@ -37,7 +37,7 @@ from pendulum_sysid.measuring.names_beside_laws import (
 )
 from pendulum_sysid.measuring.naming import (
     NamedCurve,
-    _is_certain,
+    is_certain,
 )
 from pendulum_sysid.measuring.penalised_fit import LawFit
 from pendulum_sysid.measuring.ranking import rank_curves
@@ -346,8 +346,8 @@ def test_a_formula_of_which_nothing_fixes_a_parameter_is_none():
     (shape,) = [s for s in SHAPES if s.name == "square"]
     sizes = np.ones(len(shape.factors) + len(shape.more))
     sure = FittedShape(shape, sizes, 0.1 * sizes, np.zeros(4), 1.0)
-    assert _is_certain(sure)
-    assert not _is_certain(replace(sure, deviations=np.array([np.inf, *sure.deviations[1:]])))
+    assert is_certain(sure)
+    assert not is_certain(replace(sure, deviations=np.array([np.inf, *sure.deviations[1:]])))
 
 
 WANDERING = 0.15 * np.random.default_rng(5).standard_normal(31)

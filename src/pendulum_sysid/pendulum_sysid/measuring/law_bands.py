@@ -15,7 +15,7 @@ from pendulum_sysid import decisions
 from pendulum_sysid.fitting.block_spread import compute_pseudo_covariance, sum_blocks
 from pendulum_sysid.measuring.curve import Curve
 from pendulum_sysid.measuring.measure import Measured
-from pendulum_sysid.measuring.naming import NamedCurve
+from pendulum_sysid.measuring.naming import NamedCurve, is_certain
 from pendulum_sysid.measuring.penalised_fit import (
     LawFit,
     list_all_free,
@@ -31,7 +31,9 @@ from pendulum_twin.laws.law import make_curve_matrix
 def widen_bands(measured: Measured) -> tuple[NamedCurve, ...]:
     """Return the laws with bands, and intervals of formulas, that hold the spread over blocks.
 
-    At the noise they stay: there blocks differ by noise alone, which bands hold already.
+    At the noise they stay: there blocks differ by noise alone, which bands hold already. A formula
+    of which the spread leaves nothing sure is none: the law is told as its curve. Over time a law
+    has a formula or is none.
     """
     laws, law_fit = measured.named[1], measured.law_fit
     if measured.named[0].choose <= decisions.MISFIT_AT_NOISE:
@@ -77,6 +79,8 @@ def _widen(named: NamedCurve, curve: Curve, prior: Smoothness, spread: Floats) -
     if shape is not None:
         apart = _project(shape, named.curve.knots, at @ spread @ at.T)
         shape = replace(shape, deviations=np.hypot(shape.deviations, apart))
+        if not (is_certain(shape) or curve.kind.timed):
+            shape = None
     return replace(named, band=np.hypot(named.band, more), shape=shape)
 
 

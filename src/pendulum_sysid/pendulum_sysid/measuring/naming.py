@@ -93,7 +93,7 @@ def _try_shapes(
         except np.linalg.LinAlgError:  # its runs fix no step
             continue
         is_as_good = formula.choose <= decisions.SHAPE_AS_GOOD * fit.choose
-        if is_as_good and _is_certain(named) and is_place_seen(named, curve.knots):
+        if is_as_good and is_certain(named) and is_place_seen(named, curve.knots):
             tried.append((formula, finer, named))
     if not tried:
         return fit, curve, None
@@ -113,7 +113,7 @@ def select_shapes(kind: LawKind) -> tuple[Shape, ...]:
     return SHAPES if kind.variable is Variable.POSITION else SPEED_SHAPES
 
 
-def _is_certain(shape: FittedShape) -> bool:
+def is_certain(shape: FittedShape) -> bool:
     """Return whether the interval of a factor leaves out 0; of the offset only where it is all.
 
     The two sides of a place have to differ, and of a sum each part has to be sure. Something has
