@@ -30,7 +30,7 @@ from pendulum_sysid.fitting.noise_floor import is_at_noise, measure_noise_floor
 from pendulum_sysid.fitting.window_runs import run_parts
 from pendulum_sysid.measuring.law_bands import widen_bands
 from pendulum_sysid.measuring.law_parts import give_parts_back
-from pendulum_sysid.measuring.law_start import begin_laws
+from pendulum_sysid.measuring.law_start import begin_laws, leave_effects_out
 from pendulum_sysid.measuring.measure import Measured, measure_best_laws
 from pendulum_sysid.measuring.names_beside_laws import (
     is_part_of_law,
@@ -60,7 +60,9 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Measur
     """Return measured laws for what no name explains; None where laws do not help.
 
     Where names do not explain the errors, laws are tried without these names first, but beside
-    the dry friction of the best fit and what the pole steadily shows by itself.
+    the dry friction of the best fit and what the pole steadily shows by itself. Effects that take
+    each other back are no names, and laws are tried without them first, too: where the recording
+    never was they add up.
     """
     unnamed = decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE
     rest = (unnamed or is_above_noise(findings)) and findings.change is None
@@ -69,9 +71,11 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Measur
     progress(Stage.LAWS)
     shown = {e.effect for e in (*findings.named, *findings.perhaps) if e.is_of_pole}
     bare = begin_laws(findings.base, findings.best, shown)
-    starts = (bare, findings.best) if unnamed else (findings.best,)
-    has_names = any(is_motion_effect(effect.effect) for effect in findings.named)
-    measured = measure_best_laws(findings.case, split, starts, has_names, progress)
+    cancelled = [effect.effect for effect in findings.perhaps if effect.is_cancelled]
+    start = bare if unnamed else leave_effects_out(findings.best, cancelled)
+    has_names = unnamed and any(is_motion_effect(effect.effect) for effect in findings.named)
+    starts = (start, findings.best)
+    measured = measure_best_laws(findings.case, split, starts, has_names, progress, cancelled)
     if measured is None:
         return None
     measured = give_parts_back(measured, findings.best.effects)

@@ -5,11 +5,11 @@ from dataclasses import replace
 from support.made_recordings import INTECO, made
 
 from pendulum_sysid.fitting.fit import HORIZONS, fit
-from pendulum_sysid.measuring.law_start import begin_laws
+from pendulum_sysid.measuring.law_start import begin_laws, leave_effects_out
 from pendulum_sysid.measuring.measure import begin_without_laws
 from pendulum_sysid.prepare import prepare
 from pendulum_twin.model import Twin
-from pendulum_twin.parameter_vector import make_theta
+from pendulum_twin.parameter_vector import SLOTS, make_theta
 
 RIG = Twin("rig", INTECO.rig)
 HIDDEN = {"cart_coulomb_friction": {"level_n": 2.0}, "rail_tilt": {"angle_rad": 0.05}}
@@ -48,3 +48,14 @@ def test_what_the_pole_shows_by_itself_is_kept():
     best = replace(base, effects=("rail_tilt", "eccentric_encoder", "cart_coulomb_friction"))
     shown = {"eccentric_encoder"}
     assert begin_laws(base, best, shown).effects == ("eccentric_encoder", "cart_coulomb_friction")
+
+
+def test_effects_that_are_left_out_are_neutral():
+    prepared = prepare([made(replace(RIG, effects=HIDDEN), 20.0, amplitude=0.25)], RIG)
+    case, split = prepared.case, prepared.split
+    theta = make_theta(replace(RIG, effects=HIDDEN))
+    best = fit(case, split, tuple(HIDDEN), theta, HORIZONS[0])
+    start = leave_effects_out(best, ["rail_tilt"])
+    assert start.effects == ("cart_coulomb_friction",)
+    assert start.theta[SLOTS["rail_tilt"]] == 0.0 and best.theta[SLOTS["rail_tilt"]] != 0.0
+    assert leave_effects_out(best, ()).effects == best.effects

@@ -712,11 +712,14 @@ def test_names_stay_unless_whole_windows_run_better_without(simple, rich, with_n
     assert is_better(simple, rich, has_names=False) is without
 
 
-def make_judged(factors, is_at_noise=False, laws=1):
-    """Return stand-ins of laws: errors over whole windows, and a number of laws."""
+def make_judged(factors, is_at_noise=False, laws=1, effects=()):
+    """Return stand-ins of laws: errors over whole windows, a number of laws, and effects."""
     whole = make_fit(make_errors(seed=1, windows=WINDOWS) * factors[:, None])
     return SimpleNamespace(
-        is_at_noise=is_at_noise, over_whole_windows=whole, kinds=("law",) * laws
+        is_at_noise=is_at_noise,
+        over_whole_windows=whole,
+        kinds=("law",) * laws,
+        effects=effects,
     )
 
 
@@ -741,6 +744,15 @@ def test_at_the_noise_whole_windows_decide_and_then_the_number_of_laws(
     simple, rich = make_judged(simple, True, laws), make_judged(rich, True, more_laws)
     for has_names in (True, False):
         assert is_better(simple, rich, has_names) is is_simple
+
+
+def test_at_the_noise_effects_that_take_each_other_back_count_as_laws():
+    """A disc, a scale and an offset were as good as one law, and 43 floors off elsewhere."""
+    three = ("eccentric_encoder", "angle_scale", "angle_offset")
+    simple, rich = make_judged(CALM, True, 3), make_judged(CALM, True, 2, three)
+    assert not is_better(simple, rich, has_names=False)
+    assert is_better(simple, rich, False, three)
+    assert not is_better(simple, make_judged(CALM, True, 2, ("rail_tilt",)), False, three)
 
 
 def test_a_fit_at_the_noise_is_better_than_a_fit_above_the_noise():

@@ -12,7 +12,7 @@ from dataclasses import replace
 from pendulum_sysid.finding.detectors.steady_friction import FRICTION_FORMS
 from pendulum_sysid.records import Fit
 from pendulum_twin.effects import BY_NAME
-from pendulum_twin.parameter_vector import SLOTS
+from pendulum_twin.parameter_vector import SLOTS, get_neutral_values
 
 
 def begin_laws(base: Fit, best: Fit, shown: Collection[str]) -> Fit:
@@ -32,6 +32,15 @@ def begin_laws(base: Fit, best: Fit, shown: Collection[str]) -> Fit:
     for name in names:
         theta[SLOTS[name]] = best.theta[SLOTS[name]]
     return replace(base, theta=theta, effects=(*base.effects, *names))
+
+
+def leave_effects_out(best: Fit, effects: Collection[str]) -> Fit:
+    """Return a fit from which laws begin without some of the effects of the best fit."""
+    theta = best.theta.copy()
+    for name in effects:
+        theta[SLOTS[name]] = get_neutral_values(BY_NAME[name])
+    kept = tuple(name for name in best.effects if name not in effects)
+    return replace(best, theta=theta, effects=kept)
 
 
 def _is_dry(name: str) -> bool:

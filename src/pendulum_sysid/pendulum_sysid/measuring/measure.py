@@ -8,7 +8,7 @@ as for a name.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -56,13 +56,23 @@ class Measured:
         return tuple(curve.kind.name for curve in self.law_fit.curves)
 
     @property
+    def effects(self) -> tuple[str, ...]:
+        """Return the effects beside the laws."""
+        return self.law_fit.fit.effects
+
+    @property
     def is_at_noise(self) -> bool:
         """Return whether the fit ends at the noise: a sharp edge needs its formula for that."""
         return self.named[0].choose <= decisions.MISFIT_AT_NOISE
 
 
 def measure_best_laws(
-    case: Case, split: Split, starts: Sequence[Fit], has_names: bool, report: Progress
+    case: Case,
+    split: Split,
+    starts: Sequence[Fit],
+    has_names: bool,
+    report: Progress,
+    cancelled: Collection[str] = (),
 ) -> Measured | None:
     """Return the fit with measured laws from the best start; None where no law helps for sure.
 
@@ -75,7 +85,8 @@ def measure_best_laws(
 
     starts: fits without laws, the simplest first. A start whose first law explains less than the
         effects of the last start is given up.
-    has_names: whether effects of the last start are names.
+    has_names: whether the last start holds names that the first lacks.
+    cancelled: effects that take each other back (`is_better`).
     """
     best: Measured | None = None
     tried = replace(case, step_s=decisions.SEARCH_STEP_S)
@@ -87,7 +98,7 @@ def measure_best_laws(
         measured = measure_laws(tried, split, begun, report, named.choose)
         if measured is None:
             continue
-        if best is None or not is_better(best, measured, has_names):
+        if best is None or not is_better(best, measured, has_names, cancelled):
             best = measured
         if best.is_at_noise and len(best.law_fit.curves) == 1:
             break
@@ -101,7 +112,9 @@ def measure_best_laws(
     return kept if kept.law_fit.curves else None
 
 
-def is_better(simple: Measured, rich: Measured, has_names: bool) -> bool:
+def is_better(
+    simple: Measured, rich: Measured, has_names: bool, cancelled: Collection[str] = ()
+) -> bool:
     """Return whether the fit with fewer effects is the better of two with laws.
 
     A fit at the noise is better than a fit above the noise. Otherwise whole windows decide: over
@@ -109,12 +122,17 @@ def is_better(simple: Measured, rich: Measured, has_names: bool) -> bool:
     of dry friction creeps from rest). Where neither fit is really ahead, the fit with fewer laws
     stays at the noise. Above the noise names stay, and other effects go.
 
-    has_names: whether effects of the rich fit are names.
+    has_names: whether the rich fit holds names that the simple fit lacks.
+    cancelled: effects that take each other back; each counts as a law.
     """
     if simple.is_at_noise != rich.is_at_noise:
         return simple.is_at_noise
     fewer, more = simple.over_whole_windows, rich.over_whole_windows
-    stays = len(simple.kinds) <= len(rich.kinds) if simple.is_at_noise else not has_names
+    spent, more_spent = (
+        len(measured.kinds) + len({*measured.effects}.intersection(cancelled))
+        for measured in (simple, rich)
+    )
+    stays = spent <= more_spent if simple.is_at_noise else not has_names
     return not compute_lead(more, fewer).is_real if stays else compute_lead(fewer, more).is_real
 
 
