@@ -12,7 +12,7 @@ from pendulum_twin.hysteresis import POLE_STRAINS
 from pendulum_twin.laws.law import Law
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
-from pendulum_twin.path_memory import follow_recorded_path, select_path_columns
+from pendulum_twin.path_memory import drop_angle_sensors, follow_recorded_path, select_path_columns
 
 COMMAND = wild_command(300)
 FRICTION = {"cart_presliding_friction": {"level_n": 0.8, "distance_m": 0.05}}
@@ -95,6 +95,18 @@ def test_twins_whose_elements_differ_in_friction_alone_remember_the_same():
     _, group = np.unique(columns, axis=0, return_inverse=True)
     assert len(set(group.reshape(-1).tolist())) == 4
     assert group.reshape(-1)[0] == group.reshape(-1)[1]
+
+
+@pytest.mark.parametrize(("joint", "groups"), [("cart", 2), ("pole", 3)])
+def test_the_angle_of_the_pole_counts_where_its_way_is_remembered(joint: str, groups: int):
+    plain = replace(
+        TWINS["laws"], measured_laws={f"{joint}_hysteresis": Law(WAYS, (0.4, 0.2, 0.5))}
+    )
+    turned = replace(plain, effects={"angle_scale": {"ratio": 0.02}})
+    shifted = replace(plain, effects={"position_scale": {"ratio": 0.02}})
+    theta = np.array([make_theta(t) for t in (plain, turned, shifted)])
+    columns = select_path_columns(drop_angle_sensors(theta))
+    assert len(np.unique(columns, axis=0)) == groups
 
 
 def test_each_run_recalls_the_memory_of_its_own_twin_and_begin():

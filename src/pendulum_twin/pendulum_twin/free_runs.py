@@ -28,6 +28,7 @@ from pendulum_twin.parameter_vector import (
     list_law_kinds,
 )
 from pendulum_twin.path_memory import (
+    drop_angle_sensors,
     find_remembering_twins,
     follow_recorded_path,
     select_path_columns,
@@ -195,11 +196,12 @@ def recall_paths(
     remembering = find_remembering_twins(theta)
     if not np.any(remembering | reacting):
         return out
-    first, group_of = _group_by_path(theta, drives[1], remembering, reacting)
+    shown = drop_angle_sensors(theta)
+    first, group_of = _group_by_path(shown, drives[1], remembering, reacting)
     for some in np.array_split(np.arange(len(first)), -(-len(first) * len(signals) // TOGETHER)):
         true = undo_sensors(
             np.broadcast_to(_get_places(signals), (len(some), len(signals), 4)),
-            theta[first[some]],
+            shown[first[some]],
             np.broadcast_to(signals.clock_s, (len(some), len(signals))),
         )
         for group, places in zip(some, true[..., :2], strict=True):

@@ -9,7 +9,7 @@ from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.block import PATH_SIZE
 from pendulum_twin.compose import KEPT, PATHS
 from pendulum_twin.effects import CATALOGUE
-from pendulum_twin.effects.effect import Form
+from pendulum_twin.effects.effect import Effect, Form
 from pendulum_twin.hysteresis import (
     STRAINS,
     follow_strains,
@@ -19,7 +19,7 @@ from pendulum_twin.hysteresis import (
     sum_hysteresis,
 )
 from pendulum_twin.law_curves import ROLES
-from pendulum_twin.laws.kind import REMEMBERING, SENSOR_ERRORS
+from pendulum_twin.laws.kind import REMEMBERING, SENSOR_ERRORS, Role
 from pendulum_twin.motion import follow_path
 from pendulum_twin.parameter_vector import (
     BASE,
@@ -32,13 +32,24 @@ from pendulum_twin.parameter_vector import (
 )
 from pendulum_twin.signals import Signals
 
-_FOLLOWED = np.concatenate([np.r_[SLOTS[e.name]] for e in CATALOGUE if e.form is Form.PATH_FORCE])
 _REMEMBERS: Mask = np.isin(ROLES, REMEMBERING)  # by the number in a law's slot
+
+
+def _moves_cart(effect: Effect) -> bool:
+    """Return whether a sensor's effect changes the position of the cart that is shown."""
+    values = NEUTRAL[SLOTS[effect.name]] + 0.1
+    constants = np.ones(len(effect.constants))
+    return bool(effect.law(0.3, 0.0, 0.0, 0.0, 1.0, *values, *constants)[0] != 0.3)
+
+
+_PATH_EFFECTS = [e for e in CATALOGUE if e.form is Form.PATH_FORCE]
+_SENSORS = [e for e in CATALOGUE if e.form is Form.MEASURE]
+_FOLLOWED = np.concatenate([np.r_[SLOTS[e.name]] for e in _PATH_EFFECTS])
+_OF_ANGLE = np.concatenate([np.r_[SLOTS[e.name]] for e in _SENSORS if not _moves_cart(e)])
 _COLUMNS = np.array(
     [
         k
-        for e in CATALOGUE
-        if e.form in (Form.PATH_FORCE, Form.MEASURE)
+        for e in (*_PATH_EFFECTS, *_SENSORS)
         for k in (*np.r_[SLOTS[e.name]], *(BASE.index(name) for name in e.constants))
     ]
 )
@@ -109,3 +120,16 @@ def select_path_columns(theta: Floats) -> Floats:
         own[elements, VALUES:] = own[elements, VALUES:] != 0.0
         own[~(elements | np.isin(roles, SENSOR_ERRORS))] = 0.0
     return np.concatenate([theta[:, _COLUMNS], laws], axis=1)
+
+
+def drop_angle_sensors(theta: Floats) -> Floats:
+    """Return twins (sets, SIZE) without sensors of the angle, if none remembers the pole's way."""
+    roles = ROLES[theta[:, LAWS + KIND :: LAW_SIZE].astype(int)]
+    if np.any(roles == Role.POLE_HYSTERESIS):
+        return theta
+    dropped = theta.copy()
+    dropped[:, _OF_ANGLE] = NEUTRAL[_OF_ANGLE]
+    for slot in range(roles.shape[1]):
+        own = dropped[:, LAWS + slot * LAW_SIZE : LAWS + (slot + 1) * LAW_SIZE]
+        own[roles[:, slot] == Role.ANGLE_ERROR] = 0.0
+    return dropped
