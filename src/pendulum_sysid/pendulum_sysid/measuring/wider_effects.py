@@ -13,6 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from pendulum_sysid.finding.growth import order_proposals
 from pendulum_sysid.finding.judge import is_needed
 from pendulum_sysid.finding.propose import Proposal, list_candidates, propose
 from pendulum_sysid.measuring.measure import Measured
@@ -34,7 +35,7 @@ def find_wider_effects(measured: Measured, names: Sequence[str]) -> Fit | None:
             continue
         wider = [e for e in list_candidates(case, fit.effects) if name in e.simpler]
         proposals = propose(case, measured.split, fit, wider) if wider else []
-        for proposal in proposals:
+        for proposal in order_proposals(proposals):
             other = _fit_in_place(measured, law_fit, proposal)
             if is_needed(other.fit, fit, proposal.effect):
                 law_fit, replaced = other, True
