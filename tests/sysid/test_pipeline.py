@@ -10,6 +10,7 @@ from pendulum_sysid import pipeline
 from pendulum_sysid.planning.next_experiment import CHANGED
 from pendulum_sysid.records import Outcome
 
+WIDER = "motor_current_limit"
 TIES = tuple(
     SimpleNamespace(effect=effect, rival=rival, by_no_motion=never)
     for effect, rival, never in (
@@ -68,46 +69,49 @@ def name(*effects: str) -> Judged:
     return Judged(tuple(SimpleNamespace(effect=effect) for effect in effects))
 
 
-SIMPLE, WIDE = name("input_saturation"), name("motor_current_limit")
+SIMPLE, WIDE, TOLD = name("input_saturation"), name("motor_current_limit"), name(WIDER)
 
 
 @pytest.mark.parametrize(
-    ("wider", "again", "rest", "at_noise", "behind", "stands"),
+    ("wider", "rest", "told", "at_noise", "behind", "stays"),
     [
-        ("motor_current_limit", WIDE, "laws beside it", False, False, True),
-        ("motor_current_limit", WIDE, "laws beside it", False, True, False),
-        ("motor_current_limit", WIDE, None, True, False, True),
-        ("motor_current_limit", WIDE, None, False, False, False),
-        ("motor_current_limit", name(), "laws beside it", False, False, False),
-        (None, WIDE, "laws beside it", False, False, False),
+        (WIDER, "laws beside it", TOLD, False, False, TOLD),
+        (WIDER, "laws beside it", TOLD, False, True, None),
+        (WIDER, "laws beside it", WIDE, False, False, None),
+        (WIDER, "laws beside it", name(), False, False, None),
+        (WIDER, None, TOLD, True, False, WIDE),
+        (WIDER, None, TOLD, False, False, None),
+        ("", "laws beside it", TOLD, False, False, None),
     ],
-    ids=["better", "behind", "at the noise", "laws gone", "no name then", "not asked for"],
-)
+    ids=[
+        "better", "behind", "its laws go", "no name then", "at the noise", "no laws",
+        "not asked for",
+    ],
+)  # fmt: skip
 def test_a_wider_effect_takes_the_place_of_a_name_where_laws_ask_for_it(
     monkeypatch: pytest.MonkeyPatch,
-    wider: str | None,
-    again: Judged,
+    wider: str,
     rest: str | None,
+    told: Judged,
     at_noise: bool,
     behind: bool,
-    stands: bool,
+    stays: Judged | None,
 ) -> None:
     """Laws beside a saturation followed what a motor's counter voltage does: 7.5 floors left."""
 
-    def find_wider(measured: str, names: Iterable[str]) -> SimpleNamespace | None:
+    def find_wider(measured: str, names: Iterable[str]) -> dict[str, list[float]]:
         assert list(names) == ["input_saturation"]
-        return None if wider is None else SimpleNamespace(effects=(wider,))
+        return {wider: [0.2, 0.7]} if wider else {}
 
     answers: dict[str, object] = {
         "find_wider_effects": find_wider,
         "search_in_place": lambda *about: None,
-        "judge_answer": lambda *about: again,
+        "judge_answer": lambda *about: WIDE,
         "measure_rest": lambda *about: rest,
+        "add_laws": lambda *about: told,
         "is_above_noise": lambda findings: not at_noise,
-        "is_better": lambda simple, rich, has_names: behind,
+        "is_better": lambda simple, rich, names: behind,
     }
     for function, answer in answers.items():
         monkeypatch.setattr(pipeline, function, answer)
-    answer = SimpleNamespace(best=SimpleNamespace(effects=("input_saturation",)))
-    kept = pipeline.widen_names(SIMPLE, None, answer, "laws", lambda line: None)
-    assert kept == ((again, rest) if stands else (SIMPLE, "laws"))
+    assert pipeline.widen_names(SIMPLE, None, None, "laws", lambda line: None) is stays

@@ -78,6 +78,25 @@ def test_winding_effects_and_no_others_differ_from_turn_to_turn(effect):
 
 
 @every
+def test_a_sensor_of_one_joint_neither_reads_nor_changes_the_other(effect):
+    """`recall_paths` leaves the pole's sensors out where the cart alone remembers its path."""
+    if effect.form is not Form.MEASURE:
+        assert not effect.of_joint
+        return
+    chance = np.random.default_rng(1)
+    own = {"cart": [0, 1], "pole": [2, 3]}[effect.of_joint]  # of x, v, th, w
+    others = [k for k in range(4) if k not in own]
+    for _ in range(50):
+        state = chance.uniform(-3.0, 3.0, 4)
+        other = state.copy()
+        other[others] = chance.uniform(-3.0, 3.0, 2)
+        t = chance.uniform(0.0, 60.0)
+        shown, beside = (call_law(effect, tuple(each), t) for each in (state, other))
+        assert np.array_equal(shown[others], state[others])
+        assert np.array_equal(shown[own], beside[own])
+
+
+@every
 def test_smooth_effects_stand_where_a_linear_model_has_a_place_for_them(effect):
     if effect.smooth:
         assert effect.form in (Form.FORCE, Form.FILTER, Form.CLOCK)

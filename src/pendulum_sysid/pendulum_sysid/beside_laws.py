@@ -71,11 +71,21 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Measur
     progress(Stage.LAWS)
     shown = {e.effect for e in (*findings.named, *findings.perhaps) if e.is_of_pole}
     bare = begin_laws(findings.base, findings.best, shown)
-    cancelled = [effect.effect for effect in findings.perhaps if effect.is_cancelled]
-    start = bare if unnamed else leave_effects_out(findings.best, cancelled)
-    has_names = unnamed and any(is_motion_effect(effect.effect) for effect in findings.named)
-    starts = (start, findings.best)
-    measured = measure_best_laws(findings.case, split, starts, has_names, progress, cancelled)
+    cancelled = [
+        effect.effect
+        for effect in findings.perhaps
+        if effect.is_cancelled and effect.effect not in bare.effects
+    ]
+    starts = (leave_effects_out(findings.best, cancelled), findings.best)
+    names = [e.effect for e in findings.named if is_motion_effect(e.effect)]
+    measured = measure_best_laws(
+        findings.case,
+        split,
+        (bare, *starts) if unnamed else starts,
+        names,
+        progress,
+        cancelled,
+    )
     if measured is None:
         return None
     measured = give_parts_back(measured, findings.best.effects)

@@ -85,9 +85,8 @@ def explain_answer(prepared: Prepared, answer: Answer, progress: Progress) -> Fi
     findings = judge_answer(case, split, answer, progress)
     measured = measure_rest(findings, split, progress)
     if measured is not None:
-        findings, measured = widen_names(findings, split, answer, measured, progress)
-    if measured is not None:
-        findings = add_laws(findings, split, measured)
+        wider = widen_names(findings, split, answer, measured, progress)
+        findings = wider or add_laws(findings, split, measured)
     findings = plan_next(findings, split)
     if runs_at_noise(findings):
         return findings
@@ -101,25 +100,29 @@ def explain_answer(prepared: Prepared, answer: Answer, progress: Progress) -> Fi
 
 def widen_names(
     findings: Findings, split: Split, answer: Answer, measured: Measured, progress: Progress
-) -> tuple[Findings, Measured | None]:
-    """Return findings and laws with wider effects in the place of names, where laws ask for them.
+) -> Findings | None:
+    """Return the findings with wider effects in the place of names, where laws ask for them.
 
     Laws beside a name that is too simple follow what the name lacks. So they are measured anew
-    beside the wider effect, and it stays where it is a name then and the twin is no worse.
+    beside the wider effect, which stays where it is a name then and the twin is no worse. None
+    where no wider effect stays.
 
     answer: what the findings judge.
     measured: laws beside the names of the findings.
     """
     case = findings.case
     wider = find_wider_effects(measured, [effect.effect for effect in findings.named])
-    if wider is None:
-        return findings, measured
+    if not wider:
+        return None
     again = judge_answer(case, split, search_in_place(case, split, answer, wider), progress)
-    if not {e.effect for e in again.named}.issuperset({*wider.effects} - {*answer.best.effects}):
-        return findings, measured
     rest = measure_rest(again, split, progress)
-    worse = is_above_noise(again) if rest is None else is_better(measured, rest, has_names=True)
-    return (findings, measured) if worse else (again, rest)
+    if rest is None:
+        with_laws, worse = again, is_above_noise(again)
+    else:
+        with_laws = add_laws(again, split, rest)
+        worse = with_laws is again or is_better(measured, rest, wider)
+    named = {effect.effect for effect in with_laws.named}
+    return None if worse or not named.issuperset(wider) else with_laws
 
 
 def plan_next(findings: Findings, split: Split) -> Findings:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from pendulum_twin import kernel
@@ -35,17 +37,16 @@ from pendulum_twin.signals import Signals
 _REMEMBERS: Mask = np.isin(ROLES, REMEMBERING)  # by the number in a law's slot
 
 
-def _moves_cart(effect: Effect) -> bool:
-    """Return whether a sensor's effect changes the position of the cart that is shown."""
-    values = NEUTRAL[SLOTS[effect.name]] + 0.1
-    constants = np.ones(len(effect.constants))
-    return bool(effect.law(0.3, 0.0, 0.0, 0.0, 1.0, *values, *constants)[0] != 0.3)
+def _list_slots(effects: Iterable[Effect]) -> Ints:
+    """Return the columns of theta that hold the parameters of effects."""
+    return np.array([k for e in effects for k in np.r_[SLOTS[e.name]]], dtype=np.int64)
 
 
 _PATH_EFFECTS = [e for e in CATALOGUE if e.form is Form.PATH_FORCE]
 _SENSORS = [e for e in CATALOGUE if e.form is Form.MEASURE]
-_FOLLOWED = np.concatenate([np.r_[SLOTS[e.name]] for e in _PATH_EFFECTS])
-_OF_ANGLE = np.concatenate([np.r_[SLOTS[e.name]] for e in _SENSORS if not _moves_cart(e)])
+_FOLLOWED = _list_slots(_PATH_EFFECTS)
+_OF_POLE = _list_slots(e for e in _SENSORS if e.of_joint == "pole")
+_OF_ANY = _list_slots(e for e in _SENSORS if not e.of_joint)
 _COLUMNS = np.array(
     [
         k
@@ -123,12 +124,16 @@ def select_path_columns(theta: Floats) -> Floats:
 
 
 def drop_angle_sensors(theta: Floats) -> Floats:
-    """Return twins (sets, SIZE) without sensors of the angle, if none remembers the pole's way."""
+    """Return twins (sets, SIZE) without sensors of the angle, where none of them is asked for.
+
+    It is asked for where a twin remembers the way of the pole, and where a sensor that is on may
+    read both joints.
+    """
     roles = ROLES[theta[:, LAWS + KIND :: LAW_SIZE].astype(int)]
-    if np.any(roles == Role.POLE_HYSTERESIS):
+    if np.any(roles == Role.POLE_HYSTERESIS) or np.any(theta[:, _OF_ANY] != NEUTRAL[_OF_ANY]):
         return theta
     dropped = theta.copy()
-    dropped[:, _OF_ANGLE] = NEUTRAL[_OF_ANGLE]
+    dropped[:, _OF_POLE] = NEUTRAL[_OF_POLE]
     for slot in range(roles.shape[1]):
         own = dropped[:, LAWS + slot * LAW_SIZE : LAWS + (slot + 1) * LAW_SIZE]
         own[roles[:, slot] == Role.ANGLE_ERROR] = 0.0

@@ -123,7 +123,7 @@ def test_learned_effects_run_in_a_twin(tmp_path):
 
 
 def test_a_curve_without_formula_stays_a_law():
-    with pytest.raises(WrongUse, match="no formula describes"):
+    with pytest.raises(WrongUse, match="a curve without a formula"):
         write_effect(MeasuredLaw(**{**vars(CUBE), "shape": ""}), "learned")
 
 

@@ -50,12 +50,15 @@ class Search:
     split: windows to fit and to choose on, by cross-validation, and windows to judge on.
     journal: the fits tried so far.
     is_pole_alone: whether the case is the pole by itself, its axis moved as recorded.
+    refuted: effects that measured laws have parted from the effects that contain them; they stand
+        in no effect's place.
     """
 
     case: Case
     split: Split
     journal: Journal = field(default_factory=Journal)
     is_pole_alone: bool = False
+    refuted: tuple[str, ...] = ()
 
     def fit_effects(self, effects: tuple[str, ...], start: Fit, theta: Floats) -> Fit:
         """Return the best fit of these effects, over the horizon of another fit.

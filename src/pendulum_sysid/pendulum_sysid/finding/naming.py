@@ -107,7 +107,7 @@ def _exchange_and_compare(search: Search, best: Fit, name: str) -> Named:
     others = [
         proposal
         for proposal in propose(search.case, search.split, less)
-        if not is_related(proposal.effect, name)
+        if not is_related(proposal.effect, name) and proposal.effect not in search.refuted
     ]
     inseparable, rivals = [], []
     for proposal in others[: decisions.RIVALS_REFITTED]:

@@ -10,6 +10,7 @@ Runs take long steps while sets are tried; what the search ends at is fitted wit
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from pendulum_sysid import decisions
@@ -30,6 +31,7 @@ from pendulum_sysid.finding.naming import (
     name_effects,
 )
 from pendulum_sysid.finding.pole_alone import PoleAnswer, add_pole_effects, search_pole_alone
+from pendulum_sysid.finding.propose import list_replaced, put_effect
 from pendulum_sysid.finding.pruning import prune_set
 from pendulum_sysid.finding.rounding import doubt_rounding
 from pendulum_sysid.finding.separation import Tie
@@ -43,6 +45,7 @@ from pendulum_sysid.finding.weights import WeighedSet, weigh_sets
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import fit_over_horizon
 from pendulum_sysid.records import Fit, Split
+from pendulum_twin.arrays import Floats
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.parameter_vector import SLOTS, get_neutral_values
 
@@ -100,18 +103,24 @@ def search_effects(case: Case, split: Split, report: Progress = report_nothing) 
     return conclude_search(case, search, base, explain_misfit(search, base))
 
 
-def search_in_place(case: Case, split: Split, answer: Answer, other: Fit) -> Answer:
-    """Return the answer with the effects of another fit in the place of the effects of its best.
+def search_in_place(
+    case: Case, split: Split, answer: Answer, wider: Mapping[str, Floats]
+) -> Answer:
+    """Return the answer with effects in the place of those of its best fit that they contain.
 
-    other: the fit that shows these effects and their sizes.
+    wider: effect -> its parameters, to start from; measured laws have refuted what it contains.
     """
-    search = Search(replace(case, step_s=decisions.SEARCH_STEP_S), split, answer.journal)
-    theta = answer.best.theta.copy()
-    for effect in set(answer.best.effects) - set(other.effects):
-        theta[SLOTS[effect]] = get_neutral_values(BY_NAME[effect])
-    for effect in set(other.effects) - set(answer.best.effects):
-        theta[SLOTS[effect]] = other.theta[SLOTS[effect]]
-    fit = search.fit_effects(other.effects, answer.best, theta)
+    effects, theta = answer.best.effects, answer.best.theta.copy()
+    refuted: tuple[str, ...] = ()
+    for name, values in wider.items():
+        replaced = list_replaced(BY_NAME[name], effects)
+        for effect in replaced:
+            theta[SLOTS[effect]] = get_neutral_values(BY_NAME[effect])
+        theta[SLOTS[name]] = values
+        effects, refuted = put_effect(BY_NAME[name], effects), (*refuted, *replaced)
+    quick = replace(case, step_s=decisions.SEARCH_STEP_S)
+    search = Search(quick, split, answer.journal, refuted=refuted)
+    fit = search.fit_effects(effects, answer.best, theta)
     search.journal.note(fit, "measured laws ask for it")
     return conclude_search(case, search, answer.base, Explanation(fit, answer.pole))
 
@@ -126,8 +135,11 @@ def conclude_search(case: Case, search: Search, base: Fit, explanation: Explanat
     report(Stage.NAMING)
     named = name_effects(search, base, explanation.fit, explanation.pole)
     report(Stage.TIES)
-    ties = find_ties(case, split, explanation.fit, {n.effect: n.inseparable_from for n in named})
-    sets = weigh_sets(search.journal.fits, explanation.fit)
+    rivals = {effect.effect: effect.inseparable_from for effect in named}
+    ties = find_ties(case, split, explanation.fit, rivals)
+    ties = tuple(tie for tie in ties if tie.rival not in search.refuted)
+    possible = (f for f in search.journal.fits if not set(f.effects).intersection(search.refuted))
+    sets = weigh_sets(possible, explanation.fit)
     report(Stage.REPLICATING)
     named = add_replications(search, explanation.fit, add_ties(named, ties), sets)
     alike = {rival for effect in named for rival in effect.inseparable_from}

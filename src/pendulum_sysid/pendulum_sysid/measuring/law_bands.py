@@ -79,9 +79,9 @@ def _widen(named: NamedCurve, curve: Curve, prior: Smoothness, spread: Floats) -
     if shape is not None:
         apart = _project(shape, named.curve.knots, at @ spread @ at.T)
         shape = replace(shape, deviations=np.hypot(shape.deviations, apart))
-        if not (is_certain(shape) or curve.kind.timed):
-            shape = None
-    return replace(named, band=np.hypot(named.band, more), shape=shape)
+    doubted = shape is not None and not (is_certain(shape) or curve.kind.timed)
+    band = np.hypot(named.band, more)
+    return replace(named, band=band, shape=None if doubted else shape, is_doubted=doubted)
 
 
 def _project(fitted: FittedShape, x: Floats, covariance: Floats) -> Floats:

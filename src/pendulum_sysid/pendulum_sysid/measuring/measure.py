@@ -70,7 +70,7 @@ def measure_best_laws(
     case: Case,
     split: Split,
     starts: Sequence[Fit],
-    has_names: bool,
+    names: Collection[str],
     report: Progress,
     cancelled: Collection[str] = (),
 ) -> Measured | None:
@@ -85,7 +85,7 @@ def measure_best_laws(
 
     starts: fits without laws, the simplest first. A start whose first law explains less than the
         effects of the last start is given up.
-    has_names: whether the last start holds names that the first lacks.
+    names: effects of the last start that are names (`is_better`).
     cancelled: effects that take each other back (`is_better`).
     """
     best: Measured | None = None
@@ -98,12 +98,14 @@ def measure_best_laws(
         measured = measure_laws(tried, split, begun, report, named.choose)
         if measured is None:
             continue
-        if best is None or not is_better(best, measured, has_names, cancelled):
+        if best is None or not is_better(best, measured, names, cancelled):
             best = measured
         if best.is_at_noise and len(best.law_fit.curves) == 1:
             break
     if best is None or not compute_lead(best.named[0], named).is_real:
         return None
+    if not best.is_at_noise:
+        best = _add_small_laws(best, report)
     coarse = best.law_fit
     fine = fit_laws(case, split, coarse.fit, coarse.curves, coarse.priors, coarse.inflation)
     measured = Measured(case, split, replace(fine, lead=coarse.lead))
@@ -113,7 +115,7 @@ def measure_best_laws(
 
 
 def is_better(
-    simple: Measured, rich: Measured, has_names: bool, cancelled: Collection[str] = ()
+    simple: Measured, rich: Measured, names: Collection[str], cancelled: Collection[str] = ()
 ) -> bool:
     """Return whether the fit with fewer effects is the better of two with laws.
 
@@ -122,7 +124,7 @@ def is_better(
     of dry friction creeps from rest). Where neither fit is really ahead, the fit with fewer laws
     stays at the noise. Above the noise names stay, and other effects go.
 
-    has_names: whether the rich fit holds names that the simple fit lacks.
+    names: effects that are names; those that the simple fit lacks count.
     cancelled: effects that take each other back; each counts as a law.
     """
     if simple.is_at_noise != rich.is_at_noise:
@@ -132,7 +134,8 @@ def is_better(
         len(measured.kinds) + len({*measured.effects}.intersection(cancelled))
         for measured in (simple, rich)
     )
-    stays = spent <= more_spent if simple.is_at_noise else not has_names
+    lost = {*rich.effects}.difference(simple.effects).intersection(names)
+    stays = spent <= more_spent if simple.is_at_noise else not lost
     return not compute_lead(more, fewer).is_real if stays else compute_lead(fewer, more).is_real
 
 
@@ -157,6 +160,23 @@ def measure_laws(
         helps = lead.is_real and is_seen_in_halves(case, split, others.law_fit, begun)
         measured = _add_laws(others if helps else start, report, most, most_waiting=0)
     return measured if measured.law_fit.curves else None
+
+
+def _add_small_laws(measured: Measured, report: Progress) -> Measured:
+    """Return the fit with further laws whose leads are sure but small, if they end at the noise.
+
+    Beside what a model leaves out a small lead says nothing. Where several laws together leave
+    nothing, each of them counts.
+    """
+    longer = measured
+    while len(list_law_kinds(longer.law_fit.fit.theta)) < decisions.LAWS_MEASURED:
+        further = _add_law(longer, report, most_waiting=0, small=True)
+        if further is None:
+            break
+        longer = further
+        if longer.is_at_noise:
+            return longer
+    return measured
 
 
 def _add_laws(measured: Measured, report: Progress, most: float, most_waiting: int) -> Measured:
@@ -210,7 +230,9 @@ def begin_without_laws(case: Case, split: Split, start: Fit) -> LawFit:
     return LawFit(begun, (), (), (), (), decisions.LAW_FIRST_INFLATION)
 
 
-def _add_law(measured: Measured, report: Progress, most_waiting: int) -> Measured | None:
+def _add_law(
+    measured: Measured, report: Progress, most_waiting: int, small: bool = False
+) -> Measured | None:
     """Return the fit with the law that helps most; None where none helps for sure.
 
     The likeliest laws get a first fit. Best first, fits are finished, and finished fits are asked
@@ -231,15 +253,17 @@ def _add_law(measured: Measured, report: Progress, most_waiting: int) -> Measure
             f"{begun.fit.choose:.2f} ({candidate.prior.evidence:.0f} nats)"
         )
         if begun.fit.choose <= decisions.MISFIT_AT_NOISE:
-            longer = _take_best(measured, [begun], most_waiting)
+            longer = _take_best(measured, [begun], most_waiting, small)
             if longer is not None:
                 return longer
         else:
             tried.append(begun)
-    return _take_best(measured, tried, most_waiting)
+    return _take_best(measured, tried, most_waiting, small)
 
 
-def _take_best(measured: Measured, tried: list[LawFit], most_waiting: int) -> Measured | None:
+def _take_best(
+    measured: Measured, tried: list[LawFit], most_waiting: int, small: bool
+) -> Measured | None:
     """Return the best of the fits with a law more that is kept; None where none is.
 
     tried: first fits, and finished fits, which have a lead. Finishing a fit takes as long as all
@@ -254,15 +278,15 @@ def _take_best(measured: Measured, tried: list[LawFit], most_waiting: int) -> Me
                 tried.append(finish_longer(case, split, best, shorter))
             continue
         longer = Measured(case, split, best)
-        if _is_kept(longer, shorter, most_waiting):
+        if _is_kept(longer, shorter, most_waiting, small):
             return longer
     return None
 
 
-def _is_kept(longer: Measured, shorter: LawFit, most_waiting: int) -> bool:
+def _is_kept(longer: Measured, shorter: LawFit, most_waiting: int, small: bool) -> bool:
     """Return whether the last law leads, holds in both halves and is of the rig."""
     lead = longer.law_fit.lead
-    if lead is None or not lead.is_real:
+    if lead is None or not (lead.is_sure if small else lead.is_real):
         return False
     lasts = is_seen_in_halves(longer.case, longer.split, longer.law_fit, shorter)
     return lasts and _is_of_rig(longer, most_waiting)

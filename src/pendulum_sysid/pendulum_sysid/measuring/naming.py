@@ -35,7 +35,9 @@ class NamedCurve:
     values: (knots,) of the law in the twin.
     band: (knots,) half widths of 95 % intervals; wide where nothing was visited.
     effective: effective number of parameters.
-    shape: None where no shape does as well as the curve.
+    shape: None where no shape does as well as the curve, or where a formula is doubted.
+    is_doubted: whether the values follow a formula of which the spread over blocks of time leaves
+        nothing sure: the law is told as its curve.
     """
 
     curve: Curve
@@ -43,6 +45,7 @@ class NamedCurve:
     band: Floats
     effective: float
     shape: FittedShape | None
+    is_doubted: bool = False
 
 
 def name_curves(case: Case, split: Split, law_fit: LawFit) -> tuple[Fit, tuple[NamedCurve, ...]]:

@@ -118,7 +118,7 @@ def _find_expression(law: MeasuredLaw, kind: LawKind) -> _Expression:
     """Return the formula of a law without what the constants of the rig stand for."""
     if not law.shape:
         raise WrongUse(
-            f"{law.law}: expected a law with a formula, found a curve that no formula describes: "
+            f"{law.law}: expected a law with a formula, found a curve without a formula: "
             "keep it as a measured law of the twin file"
         )
     turn = TURN.fullmatch(law.shape)

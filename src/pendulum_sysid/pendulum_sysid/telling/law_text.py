@@ -44,11 +44,12 @@ def write_sentence(named: NamedCurve) -> str:
         seen = named.curve.visits >= decisions.LAW_VISITED * named.curve.visits.mean()
         values, knots = named.values[seen], named.curve.knots[seen]
         low, high = int(np.argmin(values)), int(np.argmax(values))
-        why = (
-            "no formula that was tried does as well as the measured curve"
-            if select_shapes(kind)
-            else "no formula was tried"
-        )
+        if named.is_doubted:
+            why = "of its formula other blocks of time leave nothing sure"
+        elif select_shapes(kind):
+            why = "no formula that was tried does as well as the measured curve"
+        else:
+            why = "no formula was tried"
         sentence = (
             f"{subject}: from {values[low]:.3g} {unit} at {knots[low]:.3g} to {values[high]:.3g} "
             f"{unit} at {knots[high]:.3g} {kind.along.unit}; {why}."

@@ -21,6 +21,7 @@ EFFECT = Effect(
     inverse=inverse,
     parameters=(Parameter("angle_rad", "rad", 0.0, -3.2, 3.2, (0.02,)),),
     sentence="The measured angle is the true one plus {angle_rad}.",
+    of_joint="pole",
     source="bias of an incremental encoder whose zero was set by hand",
     law_kind="angle_error_over_turn",
     law_parts=("mean",),

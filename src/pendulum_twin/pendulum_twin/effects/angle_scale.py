@@ -21,6 +21,7 @@ EFFECT = Effect(
     inverse=inverse,
     parameters=(Parameter("ratio", "1", 0.0, -0.9, 9.0, (0.01,)),),
     sentence="The measured angle is too large by {ratio} of itself.",
+    of_joint="pole",
     source="scale factor error of an encoder; counts a turn differ from those in the conversion",
     winds=True,
     read_off=True,

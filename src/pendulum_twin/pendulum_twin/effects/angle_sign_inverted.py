@@ -18,6 +18,7 @@ EFFECT = Effect(
     law=law,
     inverse=law,
     sentence="The pole's angle is counted the wrong way round.",
+    of_joint="pole",
     source="a matter of wiring; sign convention of the thesis, section 5.2",
     needs_both_joints=True,
 )

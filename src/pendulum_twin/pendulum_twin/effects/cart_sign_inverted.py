@@ -16,6 +16,7 @@ EFFECT = Effect(
     law=law,
     inverse=law,
     sentence="The cart's position is counted the wrong way round.",
+    of_joint="cart",
     source="a matter of wiring; sign convention of the thesis, section 5.2",
     needs_both_joints=True,
 )

@@ -40,6 +40,7 @@ EFFECT = Effect(
     ),
     sentence="The encoder's disc is off its axis: the measured angle is the true one plus "
     "{sine_rad} times its sine and {cosine_rad} times its cosine.",
+    of_joint="pole",
     source="geometry of a disc that is read at one place, to first order in its offset over its "
     "radius",
     law_kind="angle_error_over_turn",

@@ -54,6 +54,7 @@ EFFECT = Effect(
     sentence="The pulley that measures the cart's position is off its axis: the reading goes "
     "faster and slower than the cart by {ratio} of its speed, every {period_m} (phase "
     "{phase_rad}).",
+    of_joint="cart",
     source="geometry of a pulley that a belt turns, to first order in its offset over its radius",
     law_kind="position_error_along_rail",
 )

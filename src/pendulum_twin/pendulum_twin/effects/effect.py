@@ -218,6 +218,9 @@ class Effect:
     smooth: True for a law of command, drive, joints or clock whose derivative at rest stands for
         it: linear models of the rig keep it. False for sensors, which an observer undoes.
     winds: True for a law that differs from one turn of the pole to the next.
+    of_joint: of a MEASURE law: "cart" or "pole", the joint whose position and rate alone it reads
+        and changes; "" for any. What the cart remembers of its path depends on no sensor of the
+        pole.
     """
 
     name: str
@@ -248,6 +251,7 @@ class Effect:
     timed: bool = False
     smooth: bool = False
     winds: bool = False
+    of_joint: str = ""
 
     @property
     def is_switch(self) -> bool:

@@ -24,6 +24,7 @@ EFFECT = Effect(
         Parameter("time_s", "s", 0.0, 0.0, 1e6, (0.5,), Scale.SECONDS, shape=True, located=True),
     ),
     sentence="From {time_s} on the measured angle is off by {angle_rad}.",
+    of_joint="pole",
     source="additive abrupt fault; Basseville and Nikiforov, Detection of Abrupt Changes (1993), "
     "section 7.2",
     of_recording=True,

@@ -21,6 +21,7 @@ EFFECT = Effect(
     inverse=inverse,
     parameters=(Parameter("angle_rad", "rad", 0.0, -3.2, 3.2, (0.02,)),),
     sentence="The centre of mass lies {angle_rad} ahead of the pole's line.",
+    of_joint="pole",
     source="weight of a rigid body about an axis, its first moment turned by a constant angle",
     shows_as="angle_offset",
     separated_by="a plumb line beside the pole at rest would: an encoder that is off leaves the "

@@ -21,6 +21,7 @@ EFFECT = Effect(
     inverse=inverse,
     parameters=(Parameter("ratio", "1", 0.0, -0.9, 9.0, (0.02,)),),
     sentence="The measured position is too large by {ratio} of itself.",
+    of_joint="cart",
     source="scale factor error of an encoder on a belt; the pole's weight is what shows it, for g "
     "is known",
     needs_both_joints=True,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -113,6 +113,11 @@ def _key_plan(
 
 
 def _key_laws(
-    case: Case, split: Split, starts: tuple[Fit, ...], has_names: bool, progress: Any
+    case: Case,
+    split: Split,
+    starts: tuple[Fit, ...],
+    names: Sequence[str],
+    progress: Any,
+    cancelled: Sequence[str],
 ) -> tuple[Hashable, ...]:
-    return (*_key_all(case, split, *starts), has_names)
+    return (*_key_all(case, split, *starts), tuple(names), tuple(cancelled))
