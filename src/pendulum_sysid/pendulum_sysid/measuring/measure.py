@@ -166,7 +166,7 @@ def _add_small_laws(measured: Measured, report: Progress) -> Measured:
     """Return the fit with further laws whose leads are sure but small, if they end at the noise.
 
     Beside what a model leaves out a small lead says nothing. Where several laws together leave
-    nothing, each of them counts.
+    nothing, and together have the lead of a name, each of them counts.
     """
     longer = measured
     while len(list_law_kinds(longer.law_fit.fit.theta)) < decisions.LAWS_MEASURED:
@@ -175,7 +175,8 @@ def _add_small_laws(measured: Measured, report: Progress) -> Measured:
             break
         longer = further
         if longer.is_at_noise:
-            return longer
+            lead = compute_lead(longer.law_fit.fit, measured.law_fit.fit)
+            return longer if lead.is_real else measured
     return measured
 
 
