@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pendulum_sysid import pipeline
+from pendulum_sysid import beside_laws, pipeline
 from pendulum_sysid.cleaning.clean import clean_recording
 from pendulum_sysid.finding import growth, journal, naming, pole_alone, search, signs
 from pendulum_sysid.finding.journal import report_nothing
@@ -59,7 +59,7 @@ def remember_stages(memory: Memory) -> Iterator[None]:
         (naming, "propose", _key_all),
         (search, "find_ties", _key_ties),
         (naming, "read_effects", lambda case, theta, use: (*_key(case), theta.tobytes(), use)),
-        (pipeline, "measure_best_laws", _key_laws),
+        (beside_laws, "measure_best_laws", _key_laws),
         (pipeline, "plan_next_experiment", _key_plan),
     )
     plain = [getattr(module, name) for module, name, _ in stages]
