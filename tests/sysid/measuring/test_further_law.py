@@ -88,7 +88,7 @@ def test_laws_are_finished_and_asked_best_first(finished, kept, asked, best, mon
             raise np.linalg.LinAlgError
         return _make_law_fit(name, finished[name], lead=compute_lead(law_fit.fit, law_fit.fit))
 
-    def keep(longer, shorter, most_waiting):
+    def keep(longer, shorter, most_waiting, small):
         name = longer.law_fit.fit.effects[0]
         done.append(f"ask {name}")
         return name in kept
@@ -96,7 +96,7 @@ def test_laws_are_finished_and_asked_best_first(finished, kept, asked, best, mon
     monkeypatch.setattr(measure, "finish_longer", finish)
     monkeypatch.setattr(measure, "_is_kept", keep)
     shorter = measure.Measured(None, None, _make_law_fit("", 9.0))
-    taken = measure._take_best(shorter, begun, 0)
+    taken = measure._take_best(shorter, begun, 0, small=False)
     assert (taken and taken.law_fit.fit.effects[0]) == best
     assert asked is None or done == asked
 
