@@ -28,10 +28,11 @@ from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.finding.whole_windows import measure_whole_windows
 from pendulum_sysid.fitting.noise_floor import is_at_noise, measure_noise_floor
 from pendulum_sysid.fitting.window_runs import run_parts
+from pendulum_sysid.measuring.best_laws import Starts, measure_best_laws
 from pendulum_sysid.measuring.law_bands import widen_bands
 from pendulum_sysid.measuring.law_parts import give_parts_back
 from pendulum_sysid.measuring.law_start import begin_laws, leave_effects_out
-from pendulum_sysid.measuring.measure import Measured, measure_best_laws
+from pendulum_sysid.measuring.measure import Measured
 from pendulum_sysid.measuring.names_beside_laws import (
     is_part_of_law,
     leave_out_names,
@@ -62,7 +63,8 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Measur
     Where names do not explain the errors, laws are tried without these names first, but beside
     the dry friction of the best fit and what the pole steadily shows by itself. Effects that take
     each other back are no names, and laws are tried without them first, too: where the recording
-    never was they add up.
+    never was they add up. Where laws end above the noise, they are tried without all effects that
+    may be there.
     """
     unnamed = decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE
     rest = (unnamed or is_above_noise(findings)) and findings.change is None
@@ -70,25 +72,27 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Measur
         return None
     progress(Stage.LAWS)
     shown = {e.effect for e in (*findings.named, *findings.perhaps) if e.is_of_pole}
-    bare = begin_laws(findings.base, findings.best, shown)
+    best = findings.best
+    bare = begin_laws(findings.base, best, shown)
     cancelled = [
         effect.effect
         for effect in findings.perhaps
         if effect.is_cancelled and effect.effect not in bare.effects
     ]
-    starts = (leave_effects_out(findings.best, cancelled), findings.best)
-    names = [e.effect for e in findings.named if is_motion_effect(e.effect)]
-    measured = measure_best_laws(
-        findings.case,
-        split,
-        (bare, *starts) if unnamed else starts,
-        names,
-        progress,
-        cancelled,
+    doubtful = [
+        e.effect for e in findings.perhaps if e.effect in best.effects and not e.is_of_pole
+    ]
+    fits = (leave_effects_out(best, cancelled), best)
+    starts = Starts(
+        (bare, *fits) if unnamed else fits,
+        tuple(e.effect for e in findings.named if is_motion_effect(e.effect)),
+        tuple(cancelled),
+        leave_effects_out(best, doubtful) if doubtful else None,
     )
+    measured = measure_best_laws(findings.case, split, starts, progress)
     if measured is None:
         return None
-    measured = give_parts_back(measured, findings.best.effects)
+    measured = give_parts_back(measured, best.effects)
     return measured if measured.law_fit.curves else None  # all of them may be parts of names
 
 

@@ -26,7 +26,8 @@ from pendulum_sysid.fitting.latent_force import measure_latent_force
 from pendulum_sysid.fitting.noise_floor import measure_noise_floor
 from pendulum_sysid.fitting.window_runs import run_parts, run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
-from pendulum_sysid.measuring.measure import Measured, is_better
+from pendulum_sysid.measuring.best_laws import is_better
+from pendulum_sysid.measuring.measure import Measured
 from pendulum_sysid.measuring.repeatability import measure_repeatability
 from pendulum_sysid.measuring.wider_effects import find_wider_effects
 from pendulum_sysid.planning.next_experiment import CHANGED, plan_next_experiment

@@ -81,6 +81,33 @@ def test_a_rival_whose_fit_ends_on_its_way_begins_again(monkeypatch: pytest.Monk
     assert fit.train == 0.9
 
 
+@pytest.mark.parametrize("as_good", [True, False])
+def test_what_does_as_well_is_asked_what_it_contains(
+    monkeypatch: pytest.MonkeyPatch, as_good: bool
+) -> None:
+    """Plain dry friction stood in no list of ties: far from the fit it ranked tenth."""
+    plain, elastic = "cart_coulomb_friction", "cart_presliding_friction"
+    ranked = [elastic, "rail_tilt", "rail_spring", plain]
+    proposals = [Proposal(name, (name,), None, 9.0 - k) for k, name in enumerate(ranked)]  # type: ignore[arg-type]
+    asked = []
+
+    def fit_rival(search: object, best: object, less: object, name: str, rival: Proposal) -> str:
+        asked.append(rival.effect)
+        return rival.effect
+
+    monkeypatch.setattr(naming.decisions, "RIVALS_REFITTED", 1)
+    monkeypatch.setattr(naming, "leave_out", lambda *about: "less")
+    monkeypatch.setattr(naming, "propose", lambda *about: proposals)
+    monkeypatch.setattr(naming, "_fit_rival", fit_rival)
+    monkeypatch.setattr(naming, "is_needed", lambda *about: as_good)
+    monkeypatch.setattr(naming, "compute_lead", lambda *about: SimpleNamespace(is_real=False))
+    journal = SimpleNamespace(note=lambda *about: None)
+    search = SimpleNamespace(case=None, split=None, refuted=(), journal=journal)
+    named = naming._exchange_and_compare(search, "best", "cart_load_friction")  # type: ignore[arg-type]
+    assert asked == ([elastic, plain] if as_good else [elastic])
+    assert named.inseparable_from == ((elastic, plain) if as_good else ())
+
+
 def test_of_several_sizes_one_that_is_surely_there_suffices() -> None:
     """An eccentric encoder has a sine and a cosine part, and may have one alone."""
     sine = {"eccentric_encoder.sine_rad": Estimate(0.005, 0.004, 0.006)}

@@ -101,7 +101,11 @@ def name_effects(
 
 
 def _exchange_and_compare(search: Search, best: Fit, name: str) -> Named:
-    """Return an effect of a fit with its lead, and the effects that do as well in its place."""
+    """Return an effect of a fit with its lead, and the effects that do as well in its place.
+
+    The likeliest rivals are asked. What does as well may do so by an effect that it contains,
+    which is then asked, too.
+    """
     less = leave_out(search, best, name)
     search.journal.note(less, f"without {name}")
     others = [
@@ -109,13 +113,15 @@ def _exchange_and_compare(search: Search, best: Fit, name: str) -> Named:
         for proposal in propose(search.case, search.split, less)
         if not is_related(proposal.effect, name) and proposal.effect not in search.refuted
     ]
-    inseparable, rivals = [], []
-    for proposal in others[: decisions.RIVALS_REFITTED]:
+    asked, inseparable, rivals = others[: decisions.RIVALS_REFITTED], [], []
+    for proposal in asked:
         other = _fit_rival(search, best, less, name, proposal)
         as_good = is_needed(other, less, proposal.effect) and not compute_lead(best, other).is_real
         if as_good:
             inseparable.append(proposal.effect)
             rivals.append(other)
+            simpler = BY_NAME[proposal.effect].simpler
+            asked += [o for o in others if o.effect in simpler and o not in asked]
         verdict = "as good as" if as_good else "worse than"
         search.journal.note(other, f"{verdict} {name} in its place")
     lead = compute_lead(best, less)

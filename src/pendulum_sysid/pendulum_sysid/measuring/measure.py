@@ -8,7 +8,7 @@ as for a name.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -34,16 +34,27 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Measured:
-    """Hold a fit with measured laws, and what their curves are named."""
+    """Hold a fit with measured laws, and what their curves are named.
+
+    stood_for: kinds of laws for which effects stood that the fit begins without; each gets a first
+        fit as the next law.
+    is_complete: whether no law follows. A curve over time goes then if it has no formula, so it
+        is asked for its formula again, before all other curves.
+    """
 
     case: Case
     split: Split
     law_fit: LawFit
+    stood_for: frozenset[str] = frozenset()
+    is_complete: bool = False
 
     @cached_property
     def named(self) -> tuple[Fit, tuple[NamedCurve, ...]]:
         """Return the fit with formulas in place of curves, and the curves (`name_curves`)."""
-        return name_curves(self.case, self.split, self.law_fit)
+        fit, named = name_curves(self.case, self.split, self.law_fit)
+        if self.is_complete and any(named[k].shape is None for k in list_over_time(self)):
+            return name_curves(self.case, self.split, self.law_fit, time_first=True)
+        return fit, named
 
     @cached_property
     def over_whole_windows(self) -> Fit:
@@ -66,81 +77,13 @@ class Measured:
         return self.named[0].choose <= decisions.MISFIT_AT_NOISE
 
 
-def measure_best_laws(
+def measure_laws(
     case: Case,
     split: Split,
-    starts: Sequence[Fit],
-    names: Collection[str],
+    begun: LawFit,
     report: Progress,
-    cancelled: Collection[str] = (),
-) -> Measured | None:
-    """Return the fit with measured laws from the best start; None where no law helps for sure.
-
-    Whole windows decide which is the best; where they do not, the fewest laws do (`is_better`).
-    Names that stay are asked whether the twin needs them beside the laws (`names_beside_laws`).
-
-    Runs take long steps while laws are tried; the laws that are kept are fitted with the twin's
-    own steps. A curve over time whose formula is lost there goes: it would be played in the next
-    recording.
-
-    starts: fits without laws, the simplest first. A start whose first law explains less than the
-        effects of the last start is given up.
-    names: effects of the last start that are names (`is_better`).
-    cancelled: effects that take each other back (`is_better`).
-    """
-    best: Measured | None = None
-    tried = replace(case, step_s=decisions.SEARCH_STEP_S)
-    last = begin_without_laws(tried, split, starts[-1])
-    named = last.fit
-    for effects, start in {start.effects: start for start in starts}.items():
-        is_last = effects == starts[-1].effects
-        begun = last if is_last else begin_without_laws(tried, split, start)
-        measured = measure_laws(tried, split, begun, report, named.choose)
-        if measured is None:
-            continue
-        if best is None or not is_better(best, measured, names, cancelled):
-            best = measured
-        if best.is_at_noise and len(best.law_fit.curves) == 1:
-            break
-    if best is None or not compute_lead(best.named[0], named).is_real:
-        return None
-    if not best.is_at_noise:
-        best = _add_small_laws(best, report)
-    coarse = best.law_fit
-    fine = fit_laws(case, split, coarse.fit, coarse.curves, coarse.priors, coarse.inflation)
-    measured = Measured(case, split, replace(fine, lead=coarse.lead))
-    lost = [k for k in _list_over_time(measured) if measured.named[1][k].shape is None]
-    kept = _leave_curves_out(measured, lost) if lost else measured
-    return kept if kept.law_fit.curves else None
-
-
-def is_better(
-    simple: Measured, rich: Measured, names: Collection[str], cancelled: Collection[str] = ()
-) -> bool:
-    """Return whether the fit with fewer effects is the better of two with laws.
-
-    A fit at the noise is better than a fit above the noise. Otherwise whole windows decide: over
-    the short windows that laws are fitted to, an error that adds up counts little (a law in place
-    of dry friction creeps from rest). Where neither fit is really ahead, the fit with fewer laws
-    stays at the noise. Above the noise names stay, and other effects go.
-
-    names: effects that are names; those that the simple fit lacks count.
-    cancelled: effects that take each other back; each counts as a law.
-    """
-    if simple.is_at_noise != rich.is_at_noise:
-        return simple.is_at_noise
-    fewer, more = simple.over_whole_windows, rich.over_whole_windows
-    spent, more_spent = (
-        len(measured.kinds) + len({*measured.effects}.intersection(cancelled))
-        for measured in (simple, rich)
-    )
-    lost = {*rich.effects}.difference(simple.effects).intersection(names)
-    stays = spent <= more_spent if simple.is_at_noise else not lost
-    return not compute_lead(more, fewer).is_real if stays else compute_lead(fewer, more).is_real
-
-
-def measure_laws(
-    case: Case, split: Split, begun: LawFit, report: Progress, most: float = np.inf
+    most: float = np.inf,
+    stood_for: frozenset[str] = frozenset(),
 ) -> Measured | None:
     """Return the fit with measured laws beside the effects of a fit; None where no law helps.
 
@@ -150,19 +93,21 @@ def measure_laws(
 
     begun: the fit with the effects that were named so far, and no laws.
     most: misfit, in units of noise, that the first law may leave for a second law to be measured.
+    stood_for: see `Measured`.
     """
-    start = Measured(case, split, begun)
-    measured = _add_laws(start, report, most, most_waiting=1)
+    start = Measured(case, split, begun, stood_for)
+    measured = replace(_add_laws(start, report, most, most_waiting=1), is_complete=True)
     idle = _list_idle_over_time(measured)
     if idle:
-        others = _leave_curves_out(measured, idle)
+        others = leave_curves_out(measured, idle)
         lead = compute_lead(others.law_fit.fit, begun.fit)
         helps = lead.is_real and is_seen_in_halves(case, split, others.law_fit, begun)
-        measured = _add_laws(others if helps else start, report, most, most_waiting=0)
+        begin = replace(others, is_complete=False) if helps else start
+        measured = _add_laws(begin, report, most, most_waiting=0)
     return measured if measured.law_fit.curves else None
 
 
-def _add_small_laws(measured: Measured, report: Progress) -> Measured:
+def add_small_laws(measured: Measured, report: Progress) -> Measured:
     """Return the fit with further laws whose leads are sure but small, if they end at the noise.
 
     Beside what a model leaves out a small lead says nothing. Where several laws together leave
@@ -194,13 +139,13 @@ def _add_laws(measured: Measured, report: Progress, most: float, most_waiting: i
         if measured.law_fit.curves and _is_of_rig(measured):
             if measured.is_at_noise:
                 break
-            if _list_over_time(measured):
+            if list_over_time(measured):
                 most_waiting = 0
         longer = _add_law(measured, report, most_waiting)
         if longer is None:
             break
         needless = _list_needless(longer.law_fit)
-        measured = _leave_curves_out(longer, needless) if needless else longer
+        measured = leave_curves_out(longer, needless) if needless else longer
         if measured.law_fit.fit.choose > most:
             break
     return measured
@@ -219,7 +164,7 @@ def drop_needless(measured: Measured, kinds: Sequence[str]) -> Measured:
     """
     priors = dict(zip(measured.kinds, measured.law_fit.priors, strict=True))
     for kind in sorted(kinds, key=lambda kind: priors[kind].evidence):
-        less = _leave_curves_out(measured, [measured.kinds.index(kind)])
+        less = leave_curves_out(measured, [measured.kinds.index(kind)])
         if not compute_lead(measured.law_fit.fit, less.law_fit.fit).is_real:
             measured = less
     return measured
@@ -236,13 +181,17 @@ def _add_law(
 ) -> Measured | None:
     """Return the fit with the law that helps most; None where none helps for sure.
 
-    The likeliest laws get a first fit. Best first, fits are finished, and finished fits are asked
-    whether they stay. A first fit at the noise comes before another law is tried.
+    The likeliest laws get a first fit, and the laws for which effects stood. Best first, fits are
+    finished, and finished fits are asked whether they stay. A first fit at the noise comes before
+    another law is tried.
     """
     case, split, law_fit = measured.case, measured.split, measured.law_fit
     ranked = rank_curves(case, split, law_fit)
+    likeliest = ranked[: decisions.LAWS_REFITTED]
+    others = ranked[decisions.LAWS_REFITTED :]
+    likeliest += [other for other in others if other.curve.kind.name in measured.stood_for]
     tried: list[LawFit] = []
-    for candidate in ranked[: decisions.LAWS_REFITTED]:
+    for candidate in likeliest:
         if candidate.prior.evidence < decisions.LAW_EVIDENCE_SHARE * ranked[0].prior.evidence:
             break
         try:
@@ -299,7 +248,7 @@ def _is_of_rig(measured: Measured, most_waiting: int = 0) -> bool:
     A free curve over time takes whatever one recording leaves, instant by instant, and would be
     played back in the next; a formula over time (a rig that warms up) may hold there again.
     """
-    over_time = _list_over_time(measured)
+    over_time = list_over_time(measured)
     if len(over_time) <= most_waiting:
         return True
     return sum(measured.named[1][k].shape is None for k in over_time) <= most_waiting
@@ -313,13 +262,13 @@ def _list_idle_over_time(measured: Measured) -> list[int]:
     fit, named = measured.law_fit.fit, measured.named[1]
     return [
         k
-        for k in _list_over_time(measured)
+        for k in list_over_time(measured)
         if named[k].shape is None
-        or not compute_lead(fit, _leave_curves_out(measured, [k]).law_fit.fit).is_real
+        or not compute_lead(fit, leave_curves_out(measured, [k]).law_fit.fit).is_real
     ]
 
 
-def _leave_curves_out(measured: Measured, which: Sequence[int]) -> Measured:
+def leave_curves_out(measured: Measured, which: Sequence[int]) -> Measured:
     """Return the fit without some of its curves, the others following."""
     law_fit = measured.law_fit
     theta = law_fit.fit.theta.copy()
@@ -340,7 +289,7 @@ def _leave_curves_out(measured: Measured, which: Sequence[int]) -> Measured:
     return replace(measured, law_fit=less)
 
 
-def _list_over_time(measured: Measured) -> list[int]:
+def list_over_time(measured: Measured) -> list[int]:
     """Return which of the curves are over time."""
     curves = measured.law_fit.curves
     return [k for k, curve in enumerate(curves) if curve.kind.variable is Variable.TIME]

@@ -48,10 +48,18 @@ class NamedCurve:
     is_doubted: bool = False
 
 
-def name_curves(case: Case, split: Split, law_fit: LawFit) -> tuple[Fit, tuple[NamedCurve, ...]]:
-    """Return the fit with every curve replaced by its formula where the formula does as well."""
-    fit, named = law_fit.fit, []
-    for k, curve in enumerate(law_fit.curves):
+def name_curves(
+    case: Case, split: Split, law_fit: LawFit, time_first: bool = False
+) -> tuple[Fit, tuple[NamedCurve, ...]]:
+    """Return the fit with every curve replaced by its formula where the formula does as well.
+
+    time_first: whether curves over time come first, before formulas of other curves have left a
+        little more than these curves.
+    """
+    fit, named = law_fit.fit, dict[int, NamedCurve]()
+    timed = [time_first and c.kind.variable is Variable.TIME for c in law_fit.curves]
+    for k in sorted(range(len(timed)), key=lambda k: not timed[k]):
+        curve = law_fit.curves[k]
         fit, curve, shape = _try_shapes(
             case,
             split,
@@ -63,16 +71,14 @@ def name_curves(case: Case, split: Split, law_fit: LawFit) -> tuple[Fit, tuple[N
         )
         spread = make_curve_matrix(curve.kind, law_fit.curves[k].knots, curve.knots)
         covariance = spread @ law_fit.covariances[k] @ spread.T
-        named.append(
-            NamedCurve(
-                curve,
-                curve.get_values(fit.theta),
-                decisions.INTERVAL_DEVIATIONS * np.sqrt(np.maximum(np.diag(covariance), 0.0)),
-                law_fit.priors[k].effective,
-                shape,
-            )
+        named[k] = NamedCurve(
+            curve,
+            curve.get_values(fit.theta),
+            decisions.INTERVAL_DEVIATIONS * np.sqrt(np.maximum(np.diag(covariance), 0.0)),
+            law_fit.priors[k].effective,
+            shape,
         )
-    return fit, tuple(named)
+    return fit, tuple(named[k] for k in sorted(named))
 
 
 def _try_shapes(

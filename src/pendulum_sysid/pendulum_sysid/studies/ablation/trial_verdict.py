@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +14,7 @@ from pendulum_sysid.cleaning.clean import clean_recording
 from pendulum_sysid.finding import growth, journal, naming, pole_alone, search, signs
 from pendulum_sysid.finding.journal import report_nothing
 from pendulum_sysid.fitting.case import Case
+from pendulum_sysid.measuring.best_laws import Starts
 from pendulum_sysid.reading.bag import read_bag
 from pendulum_sysid.records import Fit, Split
 from pendulum_sysid.studies.ablation.memory import Memory
@@ -112,12 +113,7 @@ def _key_plan(
     return (*_key_all(case, split, best), repr(ties), widths)
 
 
-def _key_laws(
-    case: Case,
-    split: Split,
-    starts: tuple[Fit, ...],
-    names: Sequence[str],
-    progress: Any,
-    cancelled: Sequence[str],
-) -> tuple[Hashable, ...]:
-    return (*_key_all(case, split, *starts), tuple(names), tuple(cancelled))
+def _key_laws(case: Case, split: Split, starts: Starts, progress: Any) -> tuple[Hashable, ...]:
+    more = starts.without_doubtful
+    fits = starts.fits if more is None else (*starts.fits, more)
+    return (*_key_all(case, split, *fits), more is None, starts.names, starts.cancelled)
