@@ -44,7 +44,7 @@ def estimate_rate(stamps: Floats) -> Rate:
     cuts = np.flatnonzero(steps > (decisions.LONGEST_FILL + 1.5) * median) + 1
     products, squares, off = 0.0, 0.0, [np.zeros(1)]
     for part in np.split(stamps, cuts):
-        place = _number_stamps(part, median)
+        place = number_stamps(part, median)
         products += float((place - place.mean()) @ (part - part.mean()))
         squares += float((place - place.mean()) @ (place - place.mean()))
         off.append(np.diff(part) - np.diff(place) * median)
@@ -58,12 +58,15 @@ def estimate_rate(stamps: Floats) -> Rate:
     return Rate(period, float(jitter))
 
 
-def _number_stamps(stamps: Floats, period_s: float) -> Floats:
-    """Return the number of each stamp on a clock that follows them slowly, from 0."""
+def number_stamps(stamps: Floats, period_s: float, phase: float = 0.0) -> Floats:
+    """Return the number of each stamp on a clock that follows them slowly, (n,).
+
+    phase: periods from the first stamp to number 0 of the clock.
+    """
     steps = np.diff(stamps) / period_s
     if np.all(np.abs(steps - np.rint(steps)) < decisions.CLOCK_CLEAR):
         return np.concatenate([[0.0], np.cumsum(np.rint(steps))])
-    places, phase = np.zeros(len(stamps)), 0.0
+    places = np.zeros(len(stamps))
     for k, time in enumerate((stamps - stamps[0]) / period_s):
         places[k] = round(time - phase)
         phase += decisions.CLOCK_FOLLOW * (time - phase - places[k])
@@ -72,7 +75,7 @@ def _number_stamps(stamps: Floats, period_s: float) -> Floats:
 
 def make_grid(stamps: Floats, period_s: float) -> Floats:
     """Return the instants (s) of the uniform clock that runs through most stamps of a stretch."""
-    place = _number_stamps(stamps, period_s)
+    place = number_stamps(stamps, period_s)
     if np.ptp(stamps - place * period_s) > 2 * decisions.CLOCK_ALIGNED * period_s:
         time = (stamps - stamps[0]) / period_s
         phase = float(np.median(time - np.rint(time)))

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from pendulum_sysid import decisions
+from pendulum_sysid.cleaning.clock import estimate_rate, number_stamps
 from pendulum_twin.arrays import Floats, Ints
 
 BLOCK = 200  # messages, of which a median says whether some before them were lost
@@ -61,14 +63,16 @@ def find_even_clock(stamps: Floats) -> EvenClock | None:
     """
     if len(stamps) < decisions.LEAST_SAMPLES:
         return None
-    numbers = _number_by_steps(stamps, float(np.median(np.diff(stamps))))
-    if numbers is None:
-        numbers = _number_in_order(stamps)
-    return None if numbers is None else _fit_clock(stamps, numbers.astype(np.int64))
+    for number in (_number_by_steps, _number_by_phase, _number_in_order):
+        numbers = number(stamps)
+        if numbers is not None:
+            return _fit_clock(stamps, numbers.astype(np.int64))
+    return None
 
 
-def _number_by_steps(stamps: Floats, period_s: float) -> Floats | None:
+def _number_by_steps(stamps: Floats) -> Floats | None:
     """Return the numbers of messages whose steps are whole periods; None where they are not."""
+    period_s = float(np.median(np.diff(stamps)))
     if not period_s > 0.0:
         return None
     steps = np.diff(stamps) / period_s
@@ -85,6 +89,31 @@ def _number_by_steps(stamps: Floats, period_s: float) -> Floats | None:
     numbers = np.concatenate([[0.0], numbers]) - np.arange(len(stamps))
     # a message that was held back, and thus comes late, has the number that later messages leave
     return np.minimum.accumulate(numbers[::-1])[::-1] + np.arange(len(stamps))
+
+
+def _number_by_phase(stamps: Floats) -> Floats | None:
+    """Return the numbers of messages that stray from a followed clock by less than half a period.
+
+    The few that stray further take the number that their neighbours leave. None where more than a
+    few stray: a lost message cannot be told from a late message there. None where more messages
+    were lost than came: on a clock that is fast enough all stamps lie.
+    """
+    if not np.median(np.diff(stamps)) > 0.0:
+        return None
+    read = number_stamps(stamps, estimate_rate(stamps).period_s)
+    period_s = _measure_period(stamps, read)
+    off = (stamps - stamps[0]) / period_s - read
+    # the first stamp may be off the clock: followed from the clock's phase, it has its number, too
+    read = number_stamps(stamps, period_s, float(np.median(off[:BLOCK])))
+    order = np.arange(len(stamps))
+    # so many are lost before each message: they never fall, as dense as losses come, and a running
+    # median leaves alone what never falls
+    lost = median_filter(read - order, REACH + 1, mode="nearest")
+    if np.any(np.diff(lost) < 0) or np.ptp(lost) > len(stamps):
+        return None
+    numbers: Floats = order + lost
+    most = np.mean(read == numbers) >= decisions.CLOCK_MOST_WHOLE
+    return numbers - numbers[0] if most else None
 
 
 def _number_in_order(stamps: Floats) -> Floats | None:
@@ -107,11 +136,16 @@ def _number_in_order(stamps: Floats) -> Floats | None:
 
 def _fit_clock(stamps: Floats, numbers: Ints) -> EvenClock | None:
     """Return the clock whose line through numbers and stamps leaves the least squares."""
-    centred = numbers - numbers.mean()
-    period_s = float(centred @ (stamps - stamps.mean()) / (centred @ centred))
+    period_s = _measure_period(stamps, numbers)
     off_s = stamps - period_s * numbers
     begin_s = float(np.median(off_s))
     off_s = off_s - begin_s
     if np.quantile(np.abs(off_s), 0.95) > decisions.CLOCK_LATEST * period_s:
         return None  # the stamps wander: two clocks, or messages that were lost
     return EvenClock(period_s, numbers, begin_s, off_s)
+
+
+def _measure_period(stamps: Floats, numbers: Floats | Ints) -> float:
+    """Return the slope (s) of the line through numbers and stamps (n,) by least squares."""
+    centred = numbers - numbers.mean()
+    return float(centred @ (stamps - stamps.mean()) / (centred @ centred))

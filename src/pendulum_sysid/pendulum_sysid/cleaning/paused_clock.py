@@ -26,7 +26,8 @@ EARLIEST = 0.05  # quantile of a piece's stamps, that lies on its clock
 def find_paused_clock(stamps: Floats) -> tuple[EvenClock, Mask] | None:
     """Return the clock of stamps (n,) that never fall, and which messages (n,) are sure on it.
 
-    A message around a pause may have been sent before or after. None where too few are sure.
+    A message around a pause may have been sent before or after. None where too few are sure: in a
+    block whose earliest message is not in time, either, messages were lost that were not counted.
     """
     numbers = np.arange(len(stamps))
     if len(stamps) < 2 * AHEAD:
@@ -44,11 +45,22 @@ def find_paused_clock(stamps: Floats) -> tuple[EvenClock, Mask] | None:
         shifts_s[piece] = np.quantile(off_s[piece], EARLIEST)
         broken_off = 0 if piece.stop == len(stamps) else decisions.LONGEST_FILL + 2
         sure[piece.start : piece.stop - broken_off] = piece.stop - piece.start >= BLOCK
-    if np.mean(sure) < decisions.CLOCK_LEAST_SURE:
+    off_s -= shifts_s
+    if np.mean(sure & _find_punctual(off_s, period_s)) < decisions.CLOCK_LEAST_SURE:
         return None
     begin_s = float(shifts_s[0])
-    clock = EvenClock(period_s, numbers, begin_s, off_s - shifts_s, shifts_s - begin_s)
+    clock = EvenClock(period_s, numbers, begin_s, off_s, shifts_s - begin_s)
     return clock, sure
+
+
+def _find_punctual(off_s: Floats, period_s: float) -> Mask:
+    """Return which messages (n,) are of a block whose earliest is within half a period in time.
+
+    off_s: (n,) stamp less the time on the clock.
+    """
+    starts = np.arange(0, len(off_s), BLOCK)
+    in_time = np.abs(np.minimum.reduceat(off_s, starts)) < 0.5 * period_s
+    return in_time.repeat(BLOCK)[: len(off_s)]
 
 
 def _find_pieces(off_s: Floats, period_s: float, ahead: int) -> list[slice]:
