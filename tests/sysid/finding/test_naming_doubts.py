@@ -171,6 +171,27 @@ def test_a_drag_as_wide_as_the_rail_is_at_no_place(widest: float, there: bool) -
     assert is_surely_there(make_fit(ABOVE, patch), "rail_drag_patch", SCALES) is there
 
 
+@pytest.mark.parametrize(("high", "there"), [(1e6, False), (1.1, True)])
+def test_a_friction_that_may_never_level_off_is_not_there(high: float, there: bool) -> None:
+    """Beside a law of the cart's speed any limit did: 0.81 N [0, 1e6] was a sure name."""
+    friction = {
+        "cart_saturating_friction.viscous_n_s_m": Estimate(3.85, 2.65, 4.89),
+        "cart_saturating_friction.level_n": Estimate(0.0, 0.0, 1e6, False, True),
+        "cart_saturating_friction.limit_n": Estimate(0.81, 0.0, high, False),
+    }
+    assert is_surely_there(make_fit(ABOVE, friction), "cart_saturating_friction", SCALES) is there
+
+
+@pytest.mark.parametrize(("high", "there"), [(1e3, False), (1.5, True)])
+def test_a_friction_that_may_never_fade_is_not_there(high: float, there: bool) -> None:
+    friction = {
+        "cart_stribeck_friction.level_n": Estimate(0.0, 0.0, 1e6, False, True),
+        "cart_stribeck_friction.static_n": Estimate(0.28, 0.2, 0.36),
+        "cart_stribeck_friction.velocity_m_s": Estimate(0.5, 0.0001, high, False),
+    }
+    assert is_surely_there(make_fit(ABOVE, friction), "cart_stribeck_friction", SCALES) is there
+
+
 def test_a_belt_with_any_damping_is_a_belt() -> None:
     belt = {
         "stretching_belt.period_s": Estimate(0.08, 0.07, 0.09),

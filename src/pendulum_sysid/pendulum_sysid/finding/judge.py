@@ -185,13 +185,14 @@ def is_surely_there(fit: Fit, effect: str, scales: Scales) -> bool:
 
     The size of an effect of shapes alone is a shape: the step of a coarse command. A limit does
     nothing from the largest command on. True for an effect without a size that is estimated. An
-    effect at a place is not surely there where it may be as wide as the visited rail: it is then a
-    drag along the rail. The errors of several sizes are taken to be independent.
+    effect is not surely there where a shape that confines it may reach its bound: a patch as wide
+    as the visited rail is a drag along the rail, and a friction that levels off nowhere is a
+    viscous friction. The errors of several sizes are taken to be independent.
 
     scales: of the recording.
     """
     free = {f.name: f for f in list_effect_parameters(BY_NAME[effect], scales)}
-    if any(_may_be_everywhere(parameter, fit) for parameter in free.values()):
+    if any(_may_be_unconfined(parameter, fit) for parameter in free.values()):
         return False
     parameters = [p for p in BY_NAME[effect].parameters if np.isfinite(p.neutral)]
     sizes = [p for p in parameters if not p.shape] or parameters
@@ -207,8 +208,8 @@ def is_surely_there(fit: Fit, effect: str, scales: Scales) -> bool:
     return bool(np.sum(squares) > chdtri(len(squares), 0.05) / chdtri(1, 0.05))
 
 
-def _may_be_everywhere(parameter: Free, fit: Fit) -> bool:
-    """Return whether the interval of a width reaches the largest width that a fit may reach."""
+def _may_be_unconfined(parameter: Free, fit: Fit) -> bool:
+    """Return whether the interval of a shape that confines reaches the largest that a fit may."""
     estimate = fit.estimates.get(parameter.name)
     effect, _, name = parameter.name.partition(".")
     (declared,) = (p for p in BY_NAME[effect].parameters if p.name == name)

@@ -18,7 +18,9 @@ EFFECT = Effect(
             "viscous_n_s_m", "N s/m", 0.0, 0.0, 1e6, (0.1, 0.3), Scale.FORCE, Scale.CART_SPEED
         ),
         Parameter("level_n", "N", 0.0, 0.0, 1e6, (0.05,), Scale.FORCE, holds=True),
-        Parameter("limit_n", "N", 0.0, 0.0, 1e6, (0.1, 0.25), Scale.FORCE, shape=True),
+        Parameter(
+            "limit_n", "N", 0.0, 0.0, 1e6, (0.1, 0.25), Scale.FORCE, shape=True, confines=True
+        ),
     ),
     sentence="Friction of {level_n} holds the cart back, grows with speed by {viscous_n_s_m} and "
     "levels off at {limit_n}.",

@@ -19,7 +19,15 @@ EFFECT = Effect(
         Parameter("level_n", "N", 0.0, 0.0, 1e6, (0.05,), Scale.FORCE, holds=True),
         Parameter("static_n", "N", 0.0, 0.0, 1e6, (0.05,), Scale.FORCE, holds=True),
         Parameter(
-            "velocity_m_s", "m/s", 0.05, 1e-4, 1e3, (0.1, 0.4), Scale.CART_SPEED, shape=True
+            "velocity_m_s",
+            "m/s",
+            0.05,
+            1e-4,
+            1e3,
+            (0.1, 0.4),
+            Scale.CART_SPEED,
+            shape=True,
+            confines=True,
         ),
     ),
     sentence="Dry friction of {level_n} holds the cart back, with {static_n} more at rest that "

@@ -114,7 +114,8 @@ class Parameter:
     delays: True for a time, s, by which the motion follows the command later.
     holds: True for a level of dry friction that holds its joint at rest at any place.
     resonant: True for the period of a resonance: the effect is in no proportion to it.
-    confines: True for a width: at its largest, the effect is at no place in particular.
+    confines: True for a shape at whose largest the effect is a simpler effect: a patch as wide as
+        the rail, a friction that levels off nowhere.
     idle_beyond: scale from which on the effect does nothing: a limit above the largest command.
     optional: True for a value that a twin file may leave out; it is then neutral.
     """
