@@ -113,15 +113,15 @@ def _exchange_and_compare(search: Search, best: Fit, name: str) -> Named:
         for proposal in propose(search.case, search.split, less)
         if not is_related(proposal.effect, name) and proposal.effect not in search.refuted
     ]
-    asked, inseparable, rivals = others[: decisions.RIVALS_REFITTED], [], []
-    for proposal in asked:
+    refitted, inseparable, rivals = others[: decisions.RIVALS_REFITTED], [], []
+    for proposal in refitted:
         other = _fit_rival(search, best, less, name, proposal)
         as_good = is_needed(other, less, proposal.effect) and not compute_lead(best, other).is_real
         if as_good:
             inseparable.append(proposal.effect)
             rivals.append(other)
             simpler = BY_NAME[proposal.effect].simpler
-            asked += [o for o in others if o.effect in simpler and o not in asked]
+            refitted += [o for o in others if o.effect in simpler and o not in refitted]
         verdict = "as good as" if as_good else "worse than"
         search.journal.note(other, f"{verdict} {name} in its place")
     lead = compute_lead(best, less)
