@@ -17,7 +17,7 @@ from pendulum_twin.parameter_vector import make_theta
 
 
 def test_errors_are_those_of_a_fit_to_the_other_windows() -> None:
-    recording = record_hidden({"input_delay": HIDDEN["input_delay"]}, 3, 20.0)[0]
+    recording = record_hidden({"input_delay": HIDDEN["input_delay"]}, 2, 20.0)[0]
     prepared = prepare([recording], INTECO)
     case, learn = prepared.case, prepared.split.learn
     free = list_free_parameters(case.twin, (), case.scales)

@@ -4,16 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.made_recordings import INTECO, PERIOD_S, made, made_states
+from support.made_recordings import INTECO, made
 
 from pendulum_sysid.cleaning.smooth_state import smooth_state
 from pendulum_sysid.fitting.split import PATTERN, split_windows
-from pendulum_sysid.fitting.window_runs import run_windows
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows, gather, shorten_windows
-from pendulum_sysid.prepare import prepare_case
-from pendulum_sysid.records import Recording, Split
+from pendulum_sysid.records import Split
 from pendulum_twin.errors import BadInputError
-from pendulum_twin.signals import Signals, join_signals
+from pendulum_twin.signals import Signals
 
 LENGTH = 100  # samples from start to end of a window
 
@@ -129,47 +127,3 @@ def test_a_part_that_stays_empty_is_refused() -> None:
     broken = replace(made(INTECO, 4.04).signals, stretch_begins=(0, 303))
     with pytest.raises(BadInputError, match="found one of these parts empty: record longer"):
         parts_of(broken)
-
-
-def record_from(begin: int, signals: Signals) -> Signals:
-    """Return the signals as recorded from a sample on, with a clock of their own."""
-    return replace(signals.cut([(begin, len(signals))]), begin_s=None, after_s=None)
-
-
-def test_no_window_begins_where_unknown_commands_may_still_act(signals: Signals) -> None:
-    """A recording begins with a command; a later stretch does, too, and one begins with 0."""
-    assert signals.command[0] == 0.0 and np.all(signals.command[[30, 830]])
-    assert cut_windows(signals, smooth_state(signals), 1.0).begin[0] == 0
-    late = record_from(30, signals).break_at([800])
-    windows = cut_windows(late, smooth_state(late), 1.0)
-    assert windows.begin.tolist()[:8] == [100, 200, 300, 400, 500, 600, 800, 900]
-
-
-def test_each_recording_begins_with_its_own_unknown_commands(signals: Signals) -> None:
-    late = record_from(30, signals)
-    joined = join_signals([signals, late, late])
-    windows = cut_windows(joined, smooth_state(joined), 1.0)
-    firsts = [windows.begin[windows.begin >= first][0] for first in joined.stretch_begins]
-    assert (np.array(firsts) - joined.stretch_begins).tolist() == [0, 100, 100]
-
-
-def test_windows_that_stay_keep_their_parts(signals: Signals) -> None:
-    """A window at 0 s that is left out belonged to the first part."""
-    assert names_by_begin(parts_of(signals))[:5] == [*PATTERN, PATTERN[0]]
-    assert names_by_begin(parts_of(record_from(30, signals)))[:4] == [*PATTERN[1:], PATTERN[0]]
-
-
-def test_a_command_before_the_recording_spoils_no_window() -> None:
-    """A lagging motor is at work, with a command that goes on changing, as the log begins."""
-    lagging = replace(INTECO, effects={"motor_lag": {"time_constant_s": 0.03}})
-    command = 0.1 * np.cos(2 * np.pi * 1.3 * PERIOD_S * np.arange(2000))
-    command[:100] = 0.0
-    states = made_states(lagging, command)
-    every = np.ones(len(command), dtype=bool)
-    whole = Signals(PERIOD_S, command, states[:, 0], states[:, 1], every, every)
-    late = record_from(100, whole)
-    windows = cut_windows(late, smooth_state(late), 1.0)
-    windows = replace(windows, start_states=states[100 + windows.begin])
-    case = prepare_case([Recording("made", "sha256:1", late)], lagging)
-    runs = run_windows(case, windows)
-    assert np.max(np.abs(runs.measured - runs.runs)[..., 0]) < 1e-4

@@ -20,7 +20,6 @@ from pendulum_sysid.fitting.linearised import System
 from pendulum_sysid.fitting.neighbours import list_neighbours
 from pendulum_sysid.fitting.parameters import list_free_parameters
 from pendulum_sysid.fitting.predictions import LatentForce, Predictions
-from pendulum_sysid.fitting.windows import list_known_stretches
 from pendulum_sysid.records import Fit, Split
 from pendulum_twin.arrays import Floats
 from pendulum_twin.parameter_vector import INERTIA, MASS
@@ -97,14 +96,11 @@ def linearise_predictions(
 
 
 def _cut_runs(case: Case) -> list[range]:
-    """Return the recording in runs of at most RUN_S, none across a seam.
-
-    What commands before the recording may drive is left out.
-    """
+    """Return the recording in runs of at most RUN_S, none across a seam."""
     length = max(round(RUN_S / case.signals.period_s), 2)
     return [
         range(begin, min(begin + length, stretch.stop))
-        for stretch in list_known_stretches(case.signals)
+        for stretch in case.signals.stretches
         for begin in range(stretch.start, stretch.stop - 1, length)
     ]
 

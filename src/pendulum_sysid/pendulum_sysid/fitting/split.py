@@ -13,9 +13,8 @@ import numpy as np
 
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.errors import UnusableRecording
-from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows, list_known_stretches
+from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
 from pendulum_sysid.records import Split
-from pendulum_twin.arrays import Ints
 from pendulum_twin.signals import Signals
 
 PATTERN = ("train", "choose", "train", "held_out")
@@ -34,9 +33,7 @@ def split_windows(signals: Signals, state: SmoothState) -> Split:
             f"found {len(windows)}: record longer"
         )
     stretch = np.searchsorted(signals.stretch_begins, windows.begin, side="right") - 1
-    place = np.arange(len(windows)) - np.searchsorted(stretch, stretch)
-    place += _count_left_out(signals, windows.samples - 1)[stretch]
-    part = (place + stretch) % len(PATTERN)
+    part = (np.arange(len(windows)) - np.searchsorted(stretch, stretch) + stretch) % len(PATTERN)
     windows_split = Split(
         *(
             windows.pick(np.isin(part, _list_places(name)))
@@ -51,15 +48,6 @@ def split_windows(signals: Signals, state: SmoothState) -> Split:
             "longer"
         )
     return windows_split
-
-
-def _count_left_out(signals: Signals, length: int) -> Ints:
-    """Return how many windows unknown commands cost each stretch, (stretches,).
-
-    length: samples from a window to the next.
-    """
-    begins = np.array([known.start for known in list_known_stretches(signals)])
-    return -((np.array(signals.stretch_begins) - begins) // length)
 
 
 def _list_places(name: str) -> list[int]:

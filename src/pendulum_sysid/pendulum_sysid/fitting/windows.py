@@ -20,37 +20,13 @@ def shorten_windows(state: SmoothState, windows: Windows, pieces: int) -> Window
     return Windows(begin, length + 1, state.states[begin])
 
 
-def list_known_stretches(signals: Signals) -> tuple[slice, ...]:
-    """Return the stretches without the samples that a command before the recording may drive.
-
-    Drives remember commands: delays and lags let them through later. What was commanded before a
-    recording is unknown, unless it begins with the command 0.
-    """
-    doubtful_s = decisions.COMMAND_MEMORY_S - signals.clock_s
-    known = []
-    for stretch in signals.stretches:
-        commanded = signals.command_parts[stretch.start, 0] != 0.0
-        doubtful = round(float(doubtful_s[stretch.start]) / signals.period_s) if commanded else 0
-        begin = stretch.start + max(doubtful, 0)
-        known.append(slice(min(begin, stretch.stop), stretch.stop))
-    return tuple(known)
-
-
 def cut_windows(
     signals: Signals, state: SmoothState, every_s: float, seconds: float = WINDOW_S
 ) -> Windows:
-    """Cut windows that start every so often, inside their stretch, with enough valid samples.
-
-    Windows that would start where commands before the recording may act are left out.
-    """
+    """Cut windows that start every so often, inside their stretch, with enough valid samples."""
     length = max(round(seconds / signals.period_s), 1)
     stride = max(round(every_s / signals.period_s), 1)
-    begins = [
-        begin
-        for own, known in zip(signals.stretches, list_known_stretches(signals), strict=True)
-        for begin in range(own.start, own.stop - length, stride)
-        if begin >= known.start
-    ]
+    begins = [b for s in signals.stretches for b in range(s.start, s.stop - length, stride)]
     begin = np.array([b for b in begins if _has_enough(signals, b, length + 1)], dtype=np.int64)
     return Windows(begin, length + 1, state.states[begin])
 

@@ -9,7 +9,6 @@ import numpy as np
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.smoothing import HALF_LENGTHS
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.fitting.windows import list_known_stretches
 from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.inverse_dynamics import STANDING_SPEED_SHARE
 from pendulum_twin.parameter_vector import COUPLING, INERTIA, MASS
@@ -78,16 +77,12 @@ def _compute_noise(case: Case, theta: Floats, weights: Floats, equation: int) ->
 
 
 def _choose_rows(case: Case, theta: Floats, weights: Floats, equation: int) -> Ints:
-    """Return where a filter is taken: inside stretches, on valid samples, joint not at rest.
-
-    What commands before the recording may drive is left out.
-    """
+    """Return where a filter is taken: inside stretches, on valid samples, joint not at rest."""
     signals, reach = case.signals, len(weights) // 2
     bad = _find_uncounted(case, theta, equation).astype(np.float64)
     stride = max(reach // 2, 1, -(-len(signals) // MOST_ROWS))
     inside = [
-        np.arange(s.start + reach + EDGE, s.stop - reach - EDGE, stride)
-        for s in list_known_stretches(signals)
+        np.arange(s.start + reach + EDGE, s.stop - reach - EDGE, stride) for s in signals.stretches
     ]
     at = np.concatenate(inside).astype(np.int64)
     return at[Sieve(weights, at)(bad) <= decisions.SIEVE_REST_SHARE] if len(at) else at
