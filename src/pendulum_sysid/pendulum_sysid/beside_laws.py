@@ -63,8 +63,8 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Measur
     Where names do not explain the errors, laws are tried without these names first, but beside
     the dry friction of the best fit and what the pole steadily shows by itself. Effects that take
     each other back are no names, and laws are tried without them first, too: where the recording
-    never was they add up. Where laws end above the noise, they are tried without all effects that
-    may be there.
+    never was they add up. Where no law helps, laws are tried without all effects that may be
+    there.
     """
     unnamed = decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE
     rest = (unnamed or is_above_noise(findings)) and findings.change is None

@@ -30,8 +30,8 @@ class Starts:
         start is given up.
     names: effects of the last start that are names (`is_better`).
     cancelled: effects that take each other back (`is_better`).
-    without_doubtful: fit without the effects that may be there, from which laws begin once more
-        where all others end above the noise: what such an effect stands for bars the right law.
+    without_doubtful: fit without the effects that may be there, from which laws begin where no law
+        helps beside them: what such an effect stands for bars the right law.
     """
 
     fits: tuple[Fit, ...]
@@ -85,10 +85,9 @@ def measure_from_starts(
         if best.is_at_noise and len(best.kinds) == 1:
             return best
     simple = starts.without_doubtful
-    if simple is None or simple.effects in by_effects or (best is not None and best.is_at_noise):
+    if best is not None or simple is None or simple.effects in by_effects:
         return best
-    again = _measure_from(case, split, simple, last, report)
-    return again if again is not None and _is_ahead(again, best) else best
+    return _measure_from(case, split, simple, last, report)
 
 
 def _measure_from(
@@ -99,13 +98,6 @@ def _measure_from(
     begun = last if effects == best.effects else begin_without_laws(case, split, start)
     stood_for = {BY_NAME[name].law_kind for name in {*best.effects}.difference(effects)}
     return measure_laws(case, split, begun, report, best.choose, frozenset(stood_for))
-
-
-def _is_ahead(measured: Measured, other: Measured | None) -> bool:
-    """Return whether a fit with laws ends at the noise, or is really ahead over whole windows."""
-    if other is None or measured.is_at_noise:
-        return True
-    return compute_lead(measured.over_whole_windows, other.over_whole_windows).is_real
 
 
 def is_better(
