@@ -47,7 +47,7 @@ EFFECT = Effect(
             Scale.CART_TRAVEL,
             shape=True,
             most=1.0,
-            fewest=0.02,
+            fewest=0.03,
         ),
         Parameter("phase_rad", "rad", 0.0, -10.0, 10.0, PHASES, shape=True),
     ),

@@ -7,9 +7,9 @@ from pendulum_sysid.finding.detectors import (
     coarse_command,
     eccentric_pulley,
     encoder_slip,
+    force_ripple,
     load_put_on,
     periodic_force,
-    rail_waves,
     steady_friction,
     velocity_filter,
 )
@@ -21,8 +21,7 @@ from pendulum_twin.effects.effect import Effect
 DETECTORS: tuple[Detector, ...] = (
     encoder_slip.DETECTOR,
     angle_scale.DETECTOR,
-    rail_waves.COGGING,
-    rail_waves.RIPPLE,
+    force_ripple.DETECTOR,
     load_put_on.DETECTOR,
     coarse_command.DETECTOR,
     eccentric_pulley.DETECTOR,

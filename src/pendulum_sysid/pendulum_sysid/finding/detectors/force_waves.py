@@ -17,7 +17,7 @@ from pendulum_twin.arrays import Floats
 from pendulum_twin.effects.effect import Parameter
 
 MOST_ROWS = 5000
-WAVES = np.arange(2.0, 100.0, 0.25)  # over the travel, of a period along the rail
+WAVES = np.arange(2.0, 66.0, 0.25)  # over the travel, of a period along the rail
 TRIED_AT_ONCE = 8  # columns: few enough to stay in the processor's cache
 EVEN = 1e-9  # relative difference of wavenumbers' distances that counts as none
 
