@@ -243,9 +243,8 @@ def test_a_pole_alone_without_command(free_swing: Diagnosed) -> None:
     assert "held_out_cart_mm" not in free_swing.verdict["fit"]
 
 
-def test_a_name_whose_size_changes_with_the_motion_is_a_perhaps(free_swing: Diagnosed) -> None:
-    """The whole's fit holds frictions too, whose sizes its slow and its fast thirds deny."""
-    assert "eccentric_encoder" in free_swing.names
-    assert "pole_coulomb_friction" not in free_swing.names
+def test_what_neither_half_of_a_recording_names_is_no_name(free_swing: Diagnosed) -> None:
+    """The whole's fit holds errors of the encoder, which no half of the recording names."""
+    assert not free_swing.names
     doubtful = {effect["effect"] for effect in free_swing.verdict["perhaps"]}
-    assert "pole_coulomb_friction" in doubtful
+    assert "eccentric_encoder" in doubtful
