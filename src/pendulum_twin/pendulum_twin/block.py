@@ -15,7 +15,7 @@ from pendulum_twin.hysteresis import STRAINS
 from pendulum_twin.parameter_vector import LAWS
 
 # A block holds theta without its measured laws, whose curves each lane reads from its own theta.
-ROWS = LAWS + 23 + compose.KEPT
+ROWS = LAWS + 64 + compose.KEPT + len(compose.SWITCHED)
 # What a lane remembers of its path: forces of effects on the cart, N, what the
 # reactions of the drive keep, then strains (`hysteresis`).
 PATH_SIZE = compose.KEPT + STRAINS
@@ -32,8 +32,21 @@ PUSHED = LAWS + 19  # N, the part of the force that effects and laws add to the 
 # each lane's rig without effects: mass, kg; viscous friction of the cart, N s/m
 OWN_MASS, OWN_VISCOUS = LAWS + 20, LAWS + 21
 CURVED = LAWS + 22  # 1 where a lane has measured curves
-PATH = LAWS + 23  # forces on the cart that follow its path, N
+# what costly laws add at a state, and where both joints stand there (`applied` in `motion.py`)
+COSTLY, AT_REST = LAWS + 23, LAWS + 27
+# states of the second, third and fourth stage of a step; accelerations of all four stages
+STAGES, RATES = LAWS + 31, LAWS + 43
+# the state in the middle of a step, as its first velocities lead there, and the time there, s
+MIDDLE, TIME = LAWS + 51, LAWS + 55
+LOAD = LAWS + 56  # kg, what effects add to the mass over the step
+EVEN = LAWS + 57  # four numbers that effects hold over the step; see `compose.compose_held`
+FREED = LAWS + 61  # N s/m, what the drive adds to the cart's viscous friction over the step
+MOVE = LAWS + 62  # m, a move of the cart
+PUSH = LAWS + 63  # N, mean over a step of what acts on the cart beside the drive
+PATH = LAWS + 64  # forces on the cart that follow its path, N
 REACTION = PATH + compose.PATHS  # what the reactions of the drive keep
+# in the first lane's place, for each effect that is switched: 1 where it is on in any lane
+SWITCHES = PATH + compose.KEPT
 
 
 # Rows of `places`, (4, width): which lane of all each is (a block that is not full ends with its

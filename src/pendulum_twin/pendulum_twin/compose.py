@@ -35,10 +35,14 @@ PATHS = sum(effect.form is Form.PATH_FORCE for effect in CATALOGUE)
 REACTING = [effect for effect in CATALOGUE if effect.reaction is not None]
 LAG, SLOPE, PULL, REACTION_ROWS = range(4)
 KEPT = PATHS + REACTION_ROWS * len(REACTING)
+# What costly laws add at a state: force on the cart, torque on the pole, dry friction of both.
+COSTLY_SUMS = [
+    (form, place) for form in (Form.FORCE, Form.DRY) for place in (Place.CART, Place.POLE)
+]
 TRANSCENDENTAL = {"exp", "sin", "cos", "sin_cos", "tanh"}
 
 
-def _list_arguments(effect: Effect, where: str) -> list[str]:
+def list_arguments(effect: Effect, where: str) -> list[str]:
     """Return the text of a law's constants and parameters; where: LANE or ALONE."""
     slot = SLOTS[effect.name]
     words = [BASE.index(name) for name in effect.constants] + list(range(slot.start, slot.stop))
@@ -46,15 +50,20 @@ def _list_arguments(effect: Effect, where: str) -> list[str]:
 
 
 def is_costly(effect: Effect) -> bool:
-    """Return whether only kernels with all laws hold the law.
-
-    Others are of plain arithmetic, or act evenly over a step and so are taken once a step.
-    """
+    """Return whether each stage of a step asks the law, which is not of plain arithmetic."""
     costs = not TRANSCENDENTAL.isdisjoint(effect.law.__code__.co_names)
-    return costs and effect.form not in HELD_FORMS
+    return costs and (effect.form, effect.place) in COSTLY_SUMS
 
 
-def _list_effects(form: Form, places: tuple[Place, ...]) -> list[tuple[int, Effect]]:
+# Effects, by their indices, that a block of lanes asks only where they are on in any lane: costly
+# laws, and what acts evenly over a step or back on the drive.
+ASKED = [k for k, effect in enumerate(CATALOGUE) if is_costly(effect)]
+REACTING_AT = [k for k, effect in enumerate(CATALOGUE) if effect.reaction is not None]
+HELD = [k for k, e in enumerate(CATALOGUE) if e.form in HELD_FORMS or k in REACTING_AT]
+SWITCHED = [*ASKED, *HELD]
+
+
+def list_effects(form: Form, places: tuple[Place, ...]) -> list[tuple[int, Effect]]:
     """Return the effects of a form at these places, each with its index in the catalogue."""
     return [(k, e) for k, e in enumerate(CATALOGUE) if e.form is form and e.place in places]
 
@@ -63,17 +72,21 @@ def _compile(
     name: str, signature: str, lines: list[str], effects: list[tuple[int, Effect]]
 ) -> Callable[..., Any]:
     """Return the function of this name, signature and lines, which calls the laws of effects."""
-    return _compile_text(name, signature, lines, {e.name: e.law for _, e in effects})
+    return compile_text(name, signature, lines, {e.name: e.law for _, e in effects})
 
 
-def _compile_text(
-    name: str, signature: str, lines: list[str], laws: dict[str, Callable[..., Any]]
+def compile_text(
+    name: str,
+    signature: str,
+    lines: list[str],
+    laws: dict[str, Callable[..., Any]],
+    compiler: Callable[..., Any] = compile_inner,
 ) -> Callable[..., Any]:
     """Return the function of this name, signature and lines, which calls the laws by name."""
     scope: dict[str, Any] = {key: _compile_law(law) for key, law in laws.items()}
     source = f"def {name}({signature}):\n" + "\n".join(f"    {line}" for line in lines)
     exec(compile(source, f"<{name} of the catalogue>", "exec"), scope)
-    return compile_inner(scope[name])
+    return compiler(scope[name])
 
 
 def _compile_law(law: Callable[..., Any]) -> Callable[..., Any]:
@@ -99,13 +112,13 @@ def compose_filters(of_command: bool) -> Callable[..., Any]:
 
     Nothing feeds back, so each filter runs over all substeps before the next filter begins.
     """
-    filters = _list_effects(Form.FILTER, tuple(Place))
+    filters = list_effects(Form.FILTER, tuple(Place))
     effects = [pair for pair in filters if (pair[1].place is Place.COMMAND) == of_command]
     lines = ["pass"]
     for k, e in effects:
         n = filters.index((k, e))
         arguments = ", ".join(
-            ["out[at]", "kept", "h", "(first_step + at) * h", *_list_arguments(e, ALONE)]
+            ["out[at]", "kept", "h", "(first_step + at) * h", *list_arguments(e, ALONE)]
         )
         lines += [
             f"if active[{k}]:",
@@ -119,7 +132,7 @@ def compose_filters(of_command: bool) -> Callable[..., Any]:
 def compute_memory_sizes(h: float) -> list[int]:
     """Return how many numbers each filter keeps for substeps of h s, in chain order."""
     sizes = []
-    for _, effect in _list_effects(Form.FILTER, tuple(Place)):
+    for _, effect in list_effects(Form.FILTER, tuple(Place)):
         assert effect.memory is not None
         sizes.append(effect.memory(h))
     return sizes
@@ -133,30 +146,30 @@ def compose_sensors(undo: bool = False) -> Callable[..., Any]:
     undo: whether measured states become true states instead.
     """
     laws: dict[str, Callable[..., Any]] = {}
-    effects, late = _list_effects(Form.MEASURE, tuple(Place)), []
+    effects, late = list_effects(Form.MEASURE, tuple(Place)), []
     lines: list[str] = []
-    behind = [_list_effects(form, tuple(Place)) for form in (Form.LATE, Form.LAGGING)]
+    behind = [list_effects(form, tuple(Place)) for form in (Form.LATE, Form.LAGGING)]
     for k, e in (*behind[0], *behind[1]):
         laws[e.name] = e.law
-        way = f"{'+' if undo else '-'}= {e.name}({', '.join(_list_arguments(e, ALONE))}) * w"
+        way = f"{'+' if undo else '-'}= {e.name}({', '.join(list_arguments(e, ALONE))}) * w"
         late += [f"if active[{k}]:", f"    th {way}"]
     for k, e in reversed(effects) if undo else effects:
         law = e.inverse if undo else e.law
         if law is not None:
             laws[e.name] = law
-            arguments = ", ".join(["x, v, th, w, t", *_list_arguments(e, ALONE)])
+            arguments = ", ".join(["x, v, th, w, t", *list_arguments(e, ALONE)])
             lines += [f"if active[{k}]:", f"    x, v, th, w = {e.name}({arguments})"]
     lines = [*lines, *late] if undo else [*late, *lines]
     signature = "x, v, th, w, t, p, active"
-    return _compile_text("measure", signature, [*lines, "return x, v, th, w"], laws)
+    return compile_text("measure", signature, [*lines, "return x, v, th, w"], laws)
 
 
 def compose_reports() -> Callable[..., Any]:
     """Return report(rate, before, period_s, p, active): a velocity as it is reported."""
-    effects = _list_effects(Form.REPORT, tuple(Place))
+    effects = list_effects(Form.REPORT, tuple(Place))
     lines = []
     for k, e in effects:
-        arguments = ", ".join(["rate, before, period_s", *_list_arguments(e, ALONE)])
+        arguments = ", ".join(["rate, before, period_s", *list_arguments(e, ALONE)])
         lines += [f"if active[{k}]:", f"    rate = {e.name}({arguments})"]
     return _compile(
         "report", "rate, before, period_s, p, active", [*lines, "return rate"], effects
@@ -165,22 +178,41 @@ def compose_reports() -> Callable[..., Any]:
 
 def compose_pace() -> Callable[..., Any]:
     """Return pace(p, i, width): time, s, that passes on lane i per second of its stamps."""
-    effects = _list_effects(Form.CLOCK, (Place.CLOCK,))
+    effects = list_effects(Form.CLOCK, (Place.CLOCK,))
     lines = ["pace = 1.0"] + [
-        f"pace *= {e.name}({', '.join(_list_arguments(e, LANE))})" for _, e in effects
+        f"pace *= {e.name}({', '.join(list_arguments(e, LANE))})" for _, e in effects
     ]
     return _compile("pace", "p, i, width", [*lines, "return pace"], effects)
 
 
 def compose_forces(place: Place) -> Callable[..., Any]:
-    """Return total(x, v, th, w, p, i, width, laws): all forces of a place on lane i, N or N m."""
-    effects = _list_effects(Form.FORCE, (place,))
-    lines = ["total = 0.0"]
-    for _, e in effects:
-        lines += _guard_costly(
-            e, f"total += {e.name}({', '.join(['x', 'v', 'th', 'w', *_list_arguments(e, LANE)])})"
-        )
-    return _compile("total", "x, v, th, w, p, i, width, laws", [*lines, "return total"], effects)
+    """Return total(x, v, th, w, applied, p, i, width): all forces of a place on lane i, N or N m.
+
+    applied: see `motion`; costly laws are asked before.
+    """
+    effects = [(k, e) for k, e in list_effects(Form.FORCE, (place,)) if not is_costly(e)]
+    lines = ["total = 0.0"] + [
+        f"total += {e.name}({', '.join(['x', 'v', 'th', 'w', *list_arguments(e, LANE)])})"
+        for _, e in effects
+    ]
+    lines += _add_costly("total", Form.FORCE, place)
+    signature = "x, v, th, w, applied, p, i, width"
+    return _compile("total", signature, [*lines, "return total"], effects)
+
+
+def write_held_calls() -> list[tuple[int, Effect, str]]:
+    """Return, for each law that acts evenly over a step, a line that adds it to what acts."""
+    added = {
+        Form.GAIN: "gain *= {}(x, {})",
+        Form.TIMED_FORCE: "force += {}(t, {})",
+        Form.TIMED_FRICTION: "level, drag = {}(t, {}); dry += level; viscous += drag",
+        Form.STATE_FRICTION: "dry += {}(th, w, {})",
+    }
+    return [
+        (k, e, line.format(e.name, ", ".join(list_arguments(e, LANE))))
+        for form, line in added.items()
+        for k, e in list_effects(form, tuple(Place))
+    ]
 
 
 def compose_held() -> Callable[..., Any]:
@@ -189,17 +221,10 @@ def compose_held() -> Callable[..., Any]:
     Gain on the drive's force; force on the cart, N; what is added to the cart's dry friction, N,
     and to its viscous friction, N s/m.
     """
-    added = {
-        Form.GAIN: "gain *= {}(x, {})",
-        Form.TIMED_FORCE: "force += {}(t, {})",
-        Form.TIMED_FRICTION: "level, drag = {}(t, {}); dry += level; viscous += drag",
-        Form.STATE_FRICTION: "dry += {}(th, w, {})",
-    }
     lines, effects = ["gain, force, dry, viscous = 1.0, 0.0, 0.0, 0.0"], []
-    for form, line in added.items():
-        for pair in _list_effects(form, tuple(Place)):
-            lines.append(line.format(pair[1].name, ", ".join(_list_arguments(pair[1], LANE))))
-            effects.append(pair)
+    for k, e, line in write_held_calls():
+        lines.append(line)
+        effects.append((k, e))
     lines.append("return gain, force, dry, viscous")
     return _compile("hold", "x, th, w, t, p, i, width", lines, effects)
 
@@ -209,20 +234,19 @@ def compose_drive_laws() -> Callable[..., Any]:
 
     Its force, N; what is added to the viscous friction of the cart, N s/m.
     """
-    effects = _list_effects(Form.DRIVE, tuple(Place))
+    effects = list_effects(Form.DRIVE, tuple(Place))
     lines = ["viscous = 0.0"]
     for _, e in effects:
-        arguments = ", ".join(["force", "v", *_list_arguments(e, LANE)])
+        arguments = ", ".join(["force", "v", *list_arguments(e, LANE)])
         lines += [f"force, more = {e.name}({arguments})", "viscous += more"]
     return _compile("bend", "force, v, p, i, width", [*lines, "return force, viscous"], effects)
 
 
 def compose_loads() -> Callable[..., Any]:
     """Return total(t, h, p, i, width): mass added to all that lane i moves over a step, kg."""
-    effects = _list_effects(Form.TIMED_MASS, tuple(Place))
+    effects = list_effects(Form.TIMED_MASS, tuple(Place))
     lines = ["total = 0.0"] + [
-        f"total += {e.name}({', '.join(['t', 'h', *_list_arguments(e, LANE)])})"
-        for _, e in effects
+        f"total += {e.name}({', '.join(['t', 'h', *list_arguments(e, LANE)])})" for _, e in effects
     ]
     return _compile("total", "t, h, p, i, width", [*lines, "return total"], effects)
 
@@ -232,103 +256,60 @@ def compose_path_forces() -> Callable[..., Any]:
 
     first: row of the first force that follows the path; the others lie below it.
     """
-    effects = _list_effects(Form.PATH_FORCE, tuple(Place))
-    lines = ["total = 0.0", *(f"total += {call}" for call in _call_path_laws(effects))]
+    effects = list_effects(Form.PATH_FORCE, tuple(Place))
+    lines = ["total = 0.0", *(f"total += {call}" for call in call_path_laws(effects))]
     return _compile("total", "first, move, p, i, width", [*lines, "return total"], effects)
 
 
 def compose_path_following() -> Callable[..., Any]:
     """Return follow(first, move, p, i, width), which puts the forces after a move into p."""
-    effects = _list_effects(Form.PATH_FORCE, tuple(Place))
+    effects = list_effects(Form.PATH_FORCE, tuple(Place))
     lines = [
-        f"p[(first + {k}) * width + i] = {call}" for k, call in enumerate(_call_path_laws(effects))
+        f"p[(first + {k}) * width + i] = {call}" for k, call in enumerate(call_path_laws(effects))
     ]
     return _compile("follow", "first, move, p, i, width", ["pass", *lines], effects)
 
 
-def _call_path_laws(effects: list[tuple[int, Effect]]) -> list[str]:
+def call_path_laws(effects: list[tuple[int, Effect]]) -> list[str]:
     """Return the text of a call of each law, from the force that its row of p holds."""
     calls = []
     for k, (_, effect) in enumerate(effects):
         kept = f"p[(first + {k}) * width + i]"
-        arguments = ", ".join([kept, "move", *_list_arguments(effect, LANE)])
+        arguments = ", ".join([kept, "move", *list_arguments(effect, LANE)])
         calls.append(f"{effect.name}({arguments})")
     return calls
 
 
-def compose_shares() -> Callable[..., Any]:
-    """Return total(p, i, width): the share of lane i's moved mass that is the drive's own."""
-    lines, laws = ["total = 0.0"], {}
-    for e in REACTING:
-        assert e.reaction is not None
-        laws[e.name] = e.reaction.share
-        lines.append(f"total += {e.name}({', '.join(_list_arguments(e, LANE))})")
-    return _compile_text("total", "p, i, width", [*lines, "return total"], laws)
-
-
-def compose_pulls() -> Callable[..., Any]:
-    """Return total(first, p, i, width): what the drive's own mass takes of other forces, N.
-
-    first: row of the first number that a reaction keeps; the others lie below it.
-    """
-    lines, laws = ["total = 0.0"], {}
-    for n, e in enumerate(REACTING):
-        assert e.reaction is not None
-        laws[e.name] = e.reaction.share
-        share = f"{e.name}({', '.join(_list_arguments(e, LANE))})"
-        lines.append(f"total += {share} * p[(first + {n * REACTION_ROWS + PULL}) * width + i]")
-    return _compile_text("total", "first, p, i, width", [*lines, "return total"], laws)
-
-
-def compose_reactions() -> Callable[..., Any]:
-    """Return react(first, push, h, p, i, width), which puts what a substep leaves into p.
-
-    push: N, mean of the other forces on the cart over the substep of h s; first: see
-    `compose_pulls`.
-    """
-    lines, laws = ["pass"], {}
-    for n, e in enumerate(REACTING):
-        assert e.reaction is not None
-        laws[e.name] = e.reaction.law
-        lag, slope, pull = (
-            f"p[(first + {n * REACTION_ROWS + k}) * width + i]" for k in (LAG, SLOPE, PULL)
-        )
-        arguments = ", ".join(["push", lag, slope, "h", *_list_arguments(e, LANE)])
-        lines.append(f"{lag}, {slope}, {pull} = {e.name}({arguments})")
-    return _compile_text("react", "first, push, h, p, i, width", lines, laws)
-
-
 def compose_dry_level(place: Place) -> Callable[..., Any]:
-    """Return level(speed, position, way, p, i, width, laws): dry friction of a joint, N or N m.
+    """Return level(speed, position, way, applied, p, i, width): dry friction, N or N m.
 
     way: 1 or -1, the direction in which the joint slips or is pushed.
+    applied: see `motion`; costly laws are asked before.
     """
-    dry, ratios = _list_effects(Form.DRY, (place,)), _list_effects(Form.DRY_RATIO, (place,))
-    lines = ["level = 0.0"]
-    for _, e in dry:
-        lines += _guard_costly(
-            e, f"level += {e.name}({', '.join(['speed', 'position', *_list_arguments(e, LANE)])})"
-        )
-    for _, e in ratios:
-        lines += _guard_costly(
-            e, f"level *= {e.name}({', '.join(['way', *_list_arguments(e, LANE)])})"
-        )
-    return _compile(
-        "level", "speed, position, way, p, i, width, laws", [*lines, "return level"], dry + ratios
-    )
+    dry = [(k, e) for k, e in list_effects(Form.DRY, (place,)) if not is_costly(e)]
+    ratios = list_effects(Form.DRY_RATIO, (place,))
+    lines = ["level = 0.0"] + [
+        f"level += {e.name}({', '.join(['speed', 'position', *list_arguments(e, LANE)])})"
+        for _, e in dry
+    ]
+    lines += _add_costly("level", Form.DRY, place) + [
+        f"level *= {e.name}({', '.join(['way', *list_arguments(e, LANE)])})" for _, e in ratios
+    ]
+    signature = "speed, position, way, applied, p, i, width"
+    return _compile("level", signature, [*lines, "return level"], dry + ratios)
 
 
-def _guard_costly(effect: Effect, line: str) -> list[str]:
-    """Return a line that calls a law, under the condition that costly laws are compiled in."""
-    return ["if len(laws) > 2:", f"    {line}"] if is_costly(effect) else [line]
+def _add_costly(total: str, form: Form, place: Place) -> list[str]:
+    """Return lines that add what costly laws add, where they are compiled in."""
+    number = 4 + COSTLY_SUMS.index((form, place))
+    return ["if len(applied) > 4:", f"    {total} += applied[{number}]"]
 
 
 def compose_holds() -> Callable[..., Any]:
     """Return frozen(force, v, w, p, i, width): whether the whole state of lane i stands still."""
-    effects = _list_effects(Form.HOLD, (Place.CART,))
+    effects = list_effects(Form.HOLD, (Place.CART,))
     calls = [
-        f"{e.name}({', '.join(['force', 'v', 'w', *_list_arguments(e, LANE)])})"
-        for _, e in effects
+        f"{e.name}({', '.join(['force', 'v', 'w', *list_arguments(e, LANE)])})" for _, e in effects
     ]
     return _compile(
         "frozen", "force, v, w, p, i, width", [f"return {' | '.join(calls) or 'False'}"], effects

@@ -22,6 +22,8 @@ compile_inline = numba.njit(error_model="numpy", forceinline=True)
 compile_inner = numba.njit(
     error_model="numpy", forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True
 )
+# For functions that no loop over lanes calls.
+compile_apart = numba.njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 sin_cos = compile_inline(elementary.sin_cos)
 sin_cos_of_array = compile_inline(elementary.sin_cos_of_array)

@@ -6,16 +6,25 @@ p, i, width: the block, the lane in it, and how many lanes it has (`block.py`).
 
 from __future__ import annotations
 
+from pendulum_twin import compose, compose_rows
 from pendulum_twin.block import (
     CART_DRY,
+    DONE,
+    EVEN,
     EVEN_H,
     FORCE,
-    PATH,
+    FREED,
+    LOAD,
+    MIDDLE,
+    OWN_MASS,
+    OWN_VISCOUS,
     POLE_DRY,
+    PUSH,
     PUSHED,
     REACTION,
     TH,
     TH_BEFORE,
+    TIME,
     TORQUE,
     V_BEFORE,
     X_BEFORE,
@@ -30,15 +39,18 @@ from pendulum_twin.equations import compile_inner
 from pendulum_twin.hysteresis import follow_strains, sum_hysteresis
 from pendulum_twin.law_curves import follow_pace, sum_measured_laws
 from pendulum_twin.motion import (
-    bend_drive,
     react_to_push,
-    sum_held_effects,
-    sum_loads,
-    sum_path_forces,
     sum_pulls,
     sum_shares,
 )
 from pendulum_twin.parameter_vector import CART_VISCOUS, MASS
+
+add_loads = compose_rows.compose_load_rows()
+add_held_effects = compose_rows.compose_held_rows()
+add_path_forces = compose_rows.compose_path_rows()
+follow_paths = compose_rows.compose_path_following()
+bend_drives = compose_rows.compose_drive_rows()
+reacts = compose_rows.compose_question(compose.REACTING_AT)
 
 
 @compile_inner
@@ -52,49 +64,77 @@ def hold_pace(theta, p, i, width, step):
 
 
 @compile_inner
-def hold_effects(p, i, width, laws, step, mass, viscous):
-    """Set what effects of lane i do evenly over its next step, in the middle of the step.
+def hold_effects(places, step, p, width):
+    """Set what effects of every lane do evenly over its next step, in the middle of the step.
 
-    laws: see `motion.py`.
-    step: substeps since the recording began.
-    mass: kg; what moves along the rail without effects.
-    viscous: N s/m; the cart's viscous friction without effects.
+    places: see `block`; step: substeps since the lanes' starts.
     """
-    h = p[H * width + i]
-    t = (step + 0.5) * p[EVEN_H * width + i]
-    p[MASS * width + i] = mass
-    p[MASS * width + i] = mass + sum_loads(t, h, p, i, width)
-    x, th, v, w = get_four(p, X, i, width)
-    half_way = 0.5 * h * v
-    x, th = x + half_way, th + 0.5 * h * w
-    gain, force, dry, drag = sum_held_effects(x, th, w, t, p, i, width)
-    force += sum_path_forces(PATH, half_way, p, i, width)
-    p[CART_VISCOUS * width + i] = viscous  # the last step's stands there
-    drive, freed = bend_drive(p[FORCE * width + i] * gain, v, p, i, width)
-    if len(laws) > 3:  # the cart alone moves, and what joins it to the drive pulls it
-        share = sum_shares(p, i, width)
-        p[MASS * width + i] -= share * mass
-        drive *= 1.0 - share
-        force -= sum_pulls(REACTION, p, i, width)
-        p[V_BEFORE * width + i] = v
-    p[FORCE * width + i] = drive + force
-    p[PUSHED * width + i] = force
-    p[X_BEFORE * width + i] = p[X * width + i]
-    p[CART_DRY * width + i] = dry
-    p[CART_VISCOUS * width + i] = viscous + drag + freed
+    _begin_holding(places, step, p, width)
+    add_loads(p, width)
+    for i in range(width):
+        p[MASS * width + i] = p[OWN_MASS * width + i] + p[LOAD * width + i]
+    add_held_effects(p, width)
+    add_path_forces(p, width)
+    for i in range(width):
+        p[FORCE * width + i] *= p[EVEN * width + i]
+    bend_drives(p, width)
+    if reacts(p, width):
+        _share_drive(p, width)
+    for i in range(width):
+        _, force, dry, drag = get_four(p, EVEN, i, width)
+        p[FORCE * width + i] += force
+        p[PUSHED * width + i], p[CART_DRY * width + i] = force, dry
+        p[CART_VISCOUS * width + i] = p[OWN_VISCOUS * width + i] + drag + p[FREED * width + i]
+        p[X_BEFORE * width + i] = p[X * width + i]
 
 
 @compile_inner
-def react_to_motion(p, i, width, mass):
-    """Let lane i's cart act back on the drive; what acts on it shows in its change of velocity.
+def _begin_holding(places, step, p, width):
+    """Set where every lane is in the middle of its next step, and that nothing acts there yet."""
+    for i in range(width):
+        h = p[H * width + i]
+        x, th, v, w = get_four(p, X, i, width)
+        p[TIME * width + i] = (places[DONE, i] + step + 0.5) * p[EVEN_H * width + i]
+        put_four(p, MIDDLE, i, width, (x + 0.5 * h * v, th + 0.5 * h * w, v, w))
+        put_four(p, EVEN, i, width, (1.0, 0.0, 0.0, 0.0))
+        p[LOAD * width + i] = p[FREED * width + i] = 0.0
+        # the last step's stand there
+        p[MASS * width + i] = p[OWN_MASS * width + i]
+        p[CART_VISCOUS * width + i] = p[OWN_VISCOUS * width + i]
 
-    mass: kg; what moves along the rail without effects.
+
+@compile_inner
+def _share_drive(p, width):
+    """Take the drive's own mass off every lane's cart: what joins the two pulls at the cart."""
+    for i in range(width):
+        share = sum_shares(p, i, width)
+        p[MASS * width + i] -= share * p[OWN_MASS * width + i]
+        p[FORCE * width + i] *= 1.0 - share
+        p[(EVEN + 1) * width + i] -= sum_pulls(REACTION, p, i, width)
+        p[V_BEFORE * width + i] = p[V * width + i]
+
+
+@compile_inner
+def remember_step(p, width):
+    """Let every lane remember what its last step did to path and drive."""
+    follow_paths(p, width)
+    if reacts(p, width):
+        _react_to_step(p, width)
+
+
+@compile_inner
+def _react_to_step(p, width):
+    """Let every lane's cart act back on the drive; what acts on it shows in its velocity.
+
+    In two loops: the compiler cannot prove that a single loop's lanes are apart.
     """
-    h = p[H * width + i]
-    drive = p[FORCE * width + i] - p[PUSHED * width + i] - sum_pulls(REACTION, p, i, width)
-    change = p[V * width + i] - p[V_BEFORE * width + i]
-    push = (1.0 - sum_shares(p, i, width)) * mass * change / h - drive
-    react_to_push(REACTION, push, h, p, i, width)
+    for i in range(width):
+        drive = p[FORCE * width + i] - p[PUSHED * width + i] - sum_pulls(REACTION, p, i, width)
+        change = p[V * width + i] - p[V_BEFORE * width + i]
+        mass = (1.0 - sum_shares(p, i, width)) * p[OWN_MASS * width + i]
+        p[PUSH * width + i] = mass * change / p[H * width + i] - drive
+    for i in range(width):
+        react_to_push(REACTION, p[PUSH * width + i], p[H * width + i], p, i, width)
 
 
 @compile_inner

@@ -11,12 +11,12 @@ from pendulum_twin.lagging_angle import compute_lags, lead_angle
 from pendulum_twin.late_angle import compute_delays, drop_delays, look_ahead
 from pendulum_twin.law_curves import fill_measured_laws, sum_measured_laws
 from pendulum_twin.motion import (
-    ALL_LAWS,
     add_cart_forces,
     add_pole_torques,
     bend_drive,
     compute_cart_level,
     compute_pole_level,
+    sum_costly_laws,
     sum_held_effects,
     sum_loads,
 )
@@ -68,13 +68,14 @@ def _fill_laws(x, th, v, w, t, masses, p, out):  # type: ignore[no-untyped-def]
             1:
         ]
         _, force, dry, drag = sum_held_effects(x[n], th[n], w[n], t[n], p, 0, 1)
-        applied = push + force - drag * v[n], turn, cart_dry + dry, pole_dry
+        evenly = push + force - drag * v[n], turn, cart_dry + dry, pole_dry
+        applied = evenly + sum_costly_laws(x[n], th[n], v[n], w[n], p, 0, 1)
         cart_way, pole_way = np.sign(v[n]), np.sign(w[n])
-        out[n, 0] = applied[0] + add_cart_forces(x[n], v[n], th[n], w[n], p, 0, 1, ALL_LAWS)
-        level = compute_cart_level(abs(v[n]), x[n], cart_way, applied, p, 0, 1, ALL_LAWS)
+        out[n, 0] = applied[0] + add_cart_forces(x[n], v[n], th[n], w[n], applied, p, 0, 1)
+        level = compute_cart_level(abs(v[n]), x[n], cart_way, applied, p, 0, 1)
         out[n, 0] -= cart_way * level
-        out[n, 1] = applied[1] + add_pole_torques(x[n], v[n], th[n], w[n], p, 0, 1, ALL_LAWS)
-        level = compute_pole_level(abs(w[n]), th[n], pole_way, applied, p, 0, 1, ALL_LAWS)
+        out[n, 1] = applied[1] + add_pole_torques(x[n], v[n], th[n], w[n], applied, p, 0, 1)
+        level = compute_pole_level(abs(w[n]), th[n], pole_way, applied, p, 0, 1)
         out[n, 1] -= pole_way * level
 
 

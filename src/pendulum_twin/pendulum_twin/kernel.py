@@ -9,22 +9,20 @@ nothing here depends on its neighbours.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
-from pendulum_twin import compose
+from pendulum_twin import compose, compose_rows
 from pendulum_twin.block import (
     AT,
+    AT_REST,
     CART_DRY,
     CART_WAY,
+    COSTLY,
     CURVED,
     DONE,
     ENDED,
     FORCE,
     LANE,
-    OWN_MASS,
-    OWN_VISCOUS,
-    PATH,
     POLE_WAY,
     PUSHED,
     ROW,
@@ -37,22 +35,23 @@ from pendulum_twin.block import (
     get_four,
     put_four,
 )
-from pendulum_twin.equations import compile_inner
+from pendulum_twin.equations import compile_apart, compile_inner
 from pendulum_twin.held_laws import (
     hold_effects,
     hold_hysteresis,
     hold_measured_laws,
     hold_no_curves,
     hold_pace,
-    react_to_motion,
+    remember_step,
     strain_elements,
 )
 from pendulum_twin.hysteresis import make_elements
 from pendulum_twin.law_curves import bend_commands
 from pendulum_twin.machine_code import compile_cached
-from pendulum_twin.motion import MOVING, advance_step, follow_path
+from pendulum_twin.motion import MOVING, advance_step
 from pendulum_twin.parameter_vector import FORCE_PER_PWM
-from pendulum_twin.placing import keep_paths, place_block
+from pendulum_twin.placing import keep_paths, place_block, switch_effects
+from pendulum_twin.stages import advance_by_stages, ask_costly_laws, get_applied
 from pendulum_twin.stick_slip import compute_margins, cut_step, find_modes, get_sign
 
 WIDTH = 16
@@ -61,6 +60,7 @@ LONGEST_STEP_S = 1e-3
 apply_command_filters = compose.compose_filters(of_command=True)
 apply_drive_filters = compose.compose_filters(of_command=False)
 is_frozen = compose.compose_holds()
+acts_evenly = compose_rows.compose_question(compose.HELD)
 
 
 def count_substeps(period_s: float, longest_s: float | None = None) -> int:
@@ -89,28 +89,32 @@ def filter_command(command, memory, offsets, h, sub, first_step, theta, active, 
     apply_drive_filters(out, memory, offsets, h, first_step, theta, active)
 
 
-@numba.njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+@compile_apart
 def _advance(lanes, laws, dry, p):
     """Advance every lane of a block by one step."""
-    width = len(lanes)
-    resting = False
-    if laws is not None:
+    if laws is None:
+        _advance_in_loop(lanes, laws, p)
+    else:
+        if len(laws) > 1:
+            ask_costly_laws(X, COSTLY, 1.0, p, len(lanes))
         resting = dry and _begin_step(lanes, laws, p)
+        if len(laws) > 1:
+            advance_by_stages(laws, p, len(lanes))
+        else:
+            _advance_in_loop(lanes, laws, p)
+        if dry:
+            _end_step(lanes, laws, p, resting)
+
+
+@compile_inner
+def _advance_in_loop(lanes, laws, p):
+    """Advance every lane by one step in which its modes hold."""
+    width = len(lanes)
     for i in range(width):
+        state, applied = get_four(p, X, i, width), get_four(p, FORCE, i, width)
         modes = get_four(p, CART_WAY, i, width) if laws is not None else MOVING
-        after = advance_step(
-            get_four(p, X, i, width),
-            get_four(p, FORCE, i, width),
-            modes,
-            p,
-            i,
-            width,
-            laws,
-            p[H * width + i],
-        )
+        after = advance_step(state, applied, modes, p, i, width, laws, p[H * width + i])
         put_four(p, X, i, width, after)
-    if laws is not None and dry:
-        _end_step(lanes, laws, p, resting)
 
 
 @compile_inner
@@ -125,14 +129,8 @@ def _begin_step(lanes, laws, p):
         at_rest += 1 if (v == 0.0) | (w == 0.0) else 0
     if at_rest > 0:
         for i in range(width):
-            state = get_four(p, X, i, width)
-            put_four(
-                p,
-                CART_WAY,
-                i,
-                width,
-                find_modes(state, get_four(p, FORCE, i, width), p, i, width, laws),
-            )
+            state, applied = get_four(p, X, i, width), get_applied(COSTLY, p, i, width, laws)
+            put_four(p, CART_WAY, i, width, find_modes(state, applied, p, i, width, laws))
     return at_rest > 0
 
 
@@ -142,10 +140,15 @@ def _end_step(lanes, laws, p, resting):
     width = len(lanes)
     ends = 0
     if resting:
+        if len(laws) > 1:
+            ask_costly_laws(X, COSTLY, 1.0, p, width)
+            ask_costly_laws(X, AT_REST, 0.0, p, width)
         for i in range(width):
             state, modes = get_four(p, X, i, width), get_four(p, CART_WAY, i, width)
+            applied = get_applied(COSTLY, p, i, width, laws)
+            at_rest = get_applied(AT_REST, p, i, width, laws)
             cart_margin, pole_margin = compute_margins(
-                state, get_four(p, FORCE, i, width), modes, p, i, width, laws
+                state, applied, at_rest, modes, p, i, width, laws
             )
             ended = (cart_margin < 0.0) | (pole_margin < 0.0)
             p[ENDED * width + i] = 1.0 if ended else 0.0
@@ -162,7 +165,7 @@ def _end_step(lanes, laws, p, resting):
             if p[ENDED * width + i] > 0.0:
                 state, after = get_four(p, X_BEFORE, i, width), get_four(p, X, i, width)
                 modes = get_four(p, CART_WAY, i, width)
-                applied, h = get_four(p, FORCE, i, width), p[H * width + i]
+                applied, h = get_applied(COSTLY, p, i, width, laws), p[H * width + i]
                 put_four(
                     p, X, i, width, cut_step(state, after, applied, modes, p, i, width, laws, h)
                 )
@@ -203,45 +206,27 @@ def _drive_lanes(lanes, drives, drive_of, places, step, p):
 
 
 @compile_inner
-def _hold(lanes, laws, measured, curved, places, step, theta, p):
-    """Set what effects and measured curves of every lane do evenly over the next step.
+def _hold_curves(lanes, evenly, curved, places, step, theta, p):
+    """Add what measured curves of every lane do evenly over the next step.
 
+    evenly: whether `hold_effects` set what effects do.
     curved: whether any lane has measured curves.
     step: substeps since the lanes' starts.
     """
     width = len(lanes)
-    # Each branch asks anew: numba 0.59 drops a branch only where its own condition says so.
-    if laws is not None and len(laws) > 1:
+    if not curved:  # lanes without curves are computed side by side
         for i in range(width):
-            mass, viscous = p[OWN_MASS * width + i], p[OWN_VISCOUS * width + i]
-            hold_effects(p, i, width, laws, places[DONE, i] + step, mass, viscous)
-    if measured is not None:
-        evenly = laws is not None and len(laws) > 1
-        if not curved:  # lanes without curves are computed side by side
-            for i in range(width):
-                pushed = p[PUSHED * width + i] if evenly else 0.0
-                hold_no_curves(p, i, width, pushed, p[CART_DRY * width + i] if evenly else 0.0)
-        else:
-            for i in range(width):
-                pushed = p[PUSHED * width + i] if evenly else 0.0
-                held_dry = p[CART_DRY * width + i] if evenly else 0.0
-                if p[CURVED * width + i] > 0.0:
-                    own, done = theta[places[ROW, i]], places[DONE, i] + step
-                    hold_measured_laws(own, p, i, width, done, pushed, held_dry)
-                else:
-                    hold_no_curves(p, i, width, pushed, held_dry)
-
-
-@compile_inner
-def _react(lanes, laws, p):
-    """Let every lane remember what its last step did to path and drive."""
-    width = len(lanes)
-    if laws is not None and len(laws) > 1:
+            pushed = p[PUSHED * width + i] if evenly else 0.0
+            hold_no_curves(p, i, width, pushed, p[CART_DRY * width + i] if evenly else 0.0)
+    else:
         for i in range(width):
-            follow_path(PATH, p[X * width + i] - p[X_BEFORE * width + i], p, i, width)
-    if laws is not None and len(laws) > 3:
-        for i in range(width):
-            react_to_motion(p, i, width, p[OWN_MASS * width + i])
+            pushed = p[PUSHED * width + i] if evenly else 0.0
+            held_dry = p[CART_DRY * width + i] if evenly else 0.0
+            if p[CURVED * width + i] > 0.0:
+                own, done = theta[places[ROW, i]], places[DONE, i] + step
+                hold_measured_laws(own, p, i, width, done, pushed, held_dry)
+            else:
+                hold_no_curves(p, i, width, pushed, held_dry)
 
 
 @compile_cached
@@ -284,6 +269,7 @@ def integrate_lanes(
     width = len(lanes)
     count, samples = out.shape[0], out.shape[1]
     p, places = np.empty(ROWS * width), np.empty((4, width), dtype=np.int64)
+    evenly = False
     remembers = measured is not None and len(measured) > 1
     elements, listed, moves, loads = make_elements(width, remembers)
     for first in range(0, count, width):
@@ -291,17 +277,24 @@ def integrate_lanes(
             first, measured, begin, first_step, starts, path_memory, theta, set_of, h, places,
             elements, listed, p,
         )  # fmt: skip
+        if laws is not None and len(laws) > 1:
+            switch_effects(places, theta, p, width)
+            evenly = acts_evenly(p, width)
         for n in range(samples):
             _show_states(lanes, first, n, p, out)
             for step in range(n * sub, (n + 1) * sub if n < samples - 1 else n * sub):
                 if paced:
                     _hold_paces(lanes, places, step, theta, p)
                 _drive_lanes(lanes, drives, drive_of, places, step, p)
-                _hold(lanes, laws, measured, curved, places, step, theta, p)
+                if laws is not None and len(laws) > 1 and evenly:
+                    hold_effects(places, step, p, width)
+                if measured is not None:
+                    _hold_curves(lanes, evenly, curved, places, step, theta, p)
                 if remembers:
                     hold_hysteresis(elements, listed, counts, moves, loads, p, width)
                 _advance(lanes, laws, dry, p)
-                _react(lanes, laws, p)
+                if laws is not None and len(laws) > 1 and evenly:
+                    remember_step(p, width)
                 if remembers:
                     strain_elements(elements, listed, counts, moves, p, width)
         keep_paths(first, count, measured, elements, path_memory, p, width)

@@ -29,6 +29,8 @@ HERE = Path(__file__).parent
 SOURCES = (
     "block.py",
     "compose.py",
+    "compose_reactions.py",
+    "compose_rows.py",
     "elementary.py",
     "equations.py",
     "held_laws.py",
@@ -44,6 +46,7 @@ SOURCES = (
     "placing.py",
     "reactions.py",
     "sensors.py",
+    "stages.py",
     "stick_slip.py",
     "effects/*.py",
     "laws/*.py",

@@ -13,26 +13,22 @@ from pendulum_twin.laws.kind import REMEMBERING, SENSOR_ERRORS, Role
 from pendulum_twin.motion import (
     ALL_LAWS,
     CURVES,
-    HELD_LAWS,
     HYSTERESIS,
     NO_LAWS,
     PLAIN_LAWS,
-    REACTING_LAWS,
 )
 from pendulum_twin.parameter_vector import find_active_effects, list_law_kinds
-from pendulum_twin.reactions import REACTING
 from pendulum_twin.threads import share_among_threads
 
-# Masks over the catalogue: effects of the mechanics, laws that act evenly over a step, costly
-# laws, laws that can hold a joint.
+# Masks over the catalogue: effects of the mechanics, those that a block asks only where they are
+# on, laws that can hold a joint.
 _MECHANICAL = np.array(
     [
         e.form in (Form.FORCE, Form.DRY, Form.DRY_RATIO, Form.HOLD, *compose.HELD_FORMS)
         for e in CATALOGUE
     ]
 )
-_HOLDING = np.array([e.form in compose.HELD_FORMS for e in CATALOGUE])
-_COSTLY = np.array([compose.is_costly(e) for e in CATALOGUE])
+_SWITCHED = np.isin(np.arange(len(CATALOGUE)), compose.SWITCHED)
 _STICKING = np.array(
     [e.form in (Form.DRY, Form.HOLD, Form.TIMED_FRICTION, Form.STATE_FRICTION) for e in CATALOGUE]
 )
@@ -103,10 +99,6 @@ def select_kernel_code(
     measured: tuple[int, ...] | None = CURVES if sticks or not roles.isdisjoint(_HELD) else None
     if not roles.isdisjoint(REMEMBERING):
         measured = HYSTERESIS
-    if np.any(on & REACTING):
-        return REACTING_LAWS, dry, measured
-    if not np.any(on & _MECHANICAL):
-        return PLAIN_LAWS if sticks else NO_LAWS, dry, measured
-    if np.any(on & _MECHANICAL & _COSTLY):
+    if np.any(on & _SWITCHED):
         return ALL_LAWS, dry, measured
-    return HELD_LAWS if np.any(on & _HOLDING) else PLAIN_LAWS, dry, measured
+    return PLAIN_LAWS if sticks or np.any(on & _MECHANICAL) else NO_LAWS, dry, measured

@@ -48,7 +48,8 @@ def _lay_out() -> tuple[dict[str, slice], int]:
 
 
 SLOTS, LAWS = _lay_out()  # LAWS: where the slots of measured laws begin
-_STARTS = [slot.start for slot in SLOTS.values()]  # slots follow each other without a gap
+# where each effect's slot begins, and the last slot ends: slots follow each other without a gap
+BEGINS = np.array([*(slot.start for slot in SLOTS.values()), LAWS])
 # In a law's slot: 1 + its index in KINDS, number of knots, first knot, spacing of the knots (their
 # ratio, where a law remembers); then the values.
 KIND, KNOTS, FIRST, SPACING, VALUES = range(5)
@@ -134,4 +135,4 @@ def list_law_kinds(theta: Floats) -> list[LawKind]:
 def find_active_effects(theta: Floats) -> Mask:
     """Return which effects are on in any theta (..., SIZE), in catalogue order, (effects,)."""
     differs = np.any(theta.reshape(-1, SIZE)[:, :LAWS] != NEUTRAL[:LAWS], axis=0)
-    return np.logical_or.reduceat(differs, _STARTS)
+    return np.logical_or.reduceat(differs, BEGINS[:-1])

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from pendulum_twin import compose
 from pendulum_twin.block import (
     AT,
+    AT_REST,
     CART_WAY,
+    COSTLY,
     CURVED,
     DONE,
     EVEN_H,
@@ -15,6 +19,7 @@ from pendulum_twin.block import (
     OWN_VISCOUS,
     PATH,
     ROW,
+    SWITCHES,
     H,
     X,
     put_four,
@@ -23,9 +28,10 @@ from pendulum_twin.equations import compile_inner
 from pendulum_twin.hysteresis import keep_strains, list_elements, place_elements
 from pendulum_twin.law_curves import has_curves, has_pace
 from pendulum_twin.motion import MOVING
-from pendulum_twin.parameter_vector import CART_VISCOUS, LAWS, MASS
+from pendulum_twin.parameter_vector import BEGINS, CART_VISCOUS, LAWS, MASS, NEUTRAL
 
 compute_pace = compose.compose_pace()
+SWITCHED = np.array(compose.SWITCHED)
 
 
 @compile_inner
@@ -42,6 +48,8 @@ def _place_lane(theta, start_state, path_memory, h, p, i, width):
         p[(PATH + k) * width + i] = path_memory[k]
     p[OWN_MASS * width + i], p[OWN_VISCOUS * width + i] = theta[MASS], theta[CART_VISCOUS]
     put_four(p, CART_WAY, i, width, MOVING)
+    put_four(p, COSTLY, i, width, (0.0, 0.0, 0.0, 0.0))
+    put_four(p, AT_REST, i, width, (0.0, 0.0, 0.0, 0.0))
     put_four(p, FORCE, i, width, (0.0, 0.0, 0.0, 0.0))
     p[EVEN_H * width + i] = h * compute_pace(p, i, width)
     p[H * width + i] = p[EVEN_H * width + i]
@@ -87,6 +95,18 @@ def place_block(
             place_elements(own, path_memory[lane, compose.KEPT :], elements, i)
     remembers = measured is not None and len(measured) > 1
     return curved, paced, list_elements(elements, listed) if remembers else (0, 0)
+
+
+@compile_inner
+def switch_effects(places, theta, p, width):
+    """Set for each effect of `compose.SWITCHED` whether it is on in any lane of the block."""
+    for n in range(len(SWITCHED)):
+        on = 0.0
+        for i in range(width):
+            own = theta[places[ROW, i]]
+            for word in range(BEGINS[SWITCHED[n]], BEGINS[SWITCHED[n] + 1]):
+                on = 1.0 if own[word] != NEUTRAL[word] else on
+        p[(SWITCHES + n) * width] = on
 
 
 @compile_inner

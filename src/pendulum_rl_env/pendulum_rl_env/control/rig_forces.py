@@ -12,6 +12,7 @@ from pendulum_twin.machine_code import make_cached_compiler
 from pendulum_twin.motion import (
     ALL_LAWS,
     compute_cart_level,
+    sum_costly_laws,
     sum_forces,
     sum_held_effects,
     sum_path_forces,
@@ -47,9 +48,10 @@ def _sum_forces(x, th, v, w, way, theta):  # type: ignore[no-untyped-def]
     gain, force, torque, cart_dry, pole_dry = sum_measured_laws(theta, x, v, th, w, 0.0, 0.0)
     held_gain, held_force, held_dry, drag = sum_held_effects(x, th, w, 0.0, theta, 0, 1)
     gain *= held_gain
-    applied = force + held_force - drag * v, torque, cart_dry + held_dry, pole_dry
+    evenly = force + held_force - drag * v, torque, cart_dry + held_dry, pole_dry
+    applied = evenly + sum_costly_laws(x, th, v, w, theta, 0, 1)
     push, turn, coupling = sum_forces((x, th, v, w), applied, theta, 0, 1, ALL_LAWS)
-    level = compute_cart_level(abs(v), x, way, applied, theta, 0, 1, ALL_LAWS)
+    level = compute_cart_level(abs(v), x, way, applied, theta, 0, 1)
     # whatever force there was before (here the first number of theta)
     level -= way * sum_path_forces(0, way * FAR_M, theta, 0, 1)
     level += sum_cart_levels(theta)
