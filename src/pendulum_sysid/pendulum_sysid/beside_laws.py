@@ -50,6 +50,7 @@ from pendulum_sysid.telling.outcome import (
     decide_outcome,
     is_above_noise,
     is_motion_effect,
+    is_slight,
 )
 from pendulum_twin.effects import BY_NAME as EFFECTS
 from pendulum_twin.laws import BY_NAME as LAWS_BY_NAME
@@ -67,8 +68,8 @@ def measure_rest(findings: Findings, split: Split, progress: Progress) -> Measur
     there.
     """
     unnamed = decide_outcome(findings) is Outcome.NOT_IN_CATALOGUE
-    rest = (unnamed or is_above_noise(findings)) and findings.change is None
-    if not (decisions.MEASURE_LAWS and rest):
+    rest = unnamed or is_above_noise(findings) or is_slight(findings)
+    if not (decisions.MEASURE_LAWS and rest and findings.change is None):
         return None
     progress(Stage.LAWS)
     shown = {e.effect for e in (*findings.named, *findings.perhaps) if e.is_of_pole}

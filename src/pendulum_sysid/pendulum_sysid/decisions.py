@@ -10,7 +10,7 @@ LEAD_MISFIT_RATIO = 1.005  # ratio; of misfits: half a per cent is worth no name
 LEAD_SHARE_OF_REST = 0.5  # of power; left beyond the noise, that a richer twin must gain
 LIKELIHOOD_GAIN_NATS = 20.0  # nats; an effect in few windows; encoder noise is not white
 LIKELIHOOD_MISFIT_RATIO = 1.01  # ratio; ... and at least this factor of misfit
-MISFIT_AT_NOISE = 1.5  # noise; errors up to this misfit are the sensors' noise
+MISFIT_AT_NOISE = 1.1  # noise; up to it errors are the sensors'; perfect models end at 0.9 to 1
 FOLDS = 5  # folds; of cross-validation; Hastie, Tibshirani and Friedman, section 7.10
 LEAD_BLOCKS = 12  # blocks; of time, over which a lead is averaged: errors nearby are alike
 
@@ -137,6 +137,8 @@ LAW_KNOTS = 20  # knots; of a measured law: a period of a fifth of the travel sh
 LAW_MOST_EFFECTIVE = 0.5  # of knots; effective parameters of a law: more ask for more knots
 LAW_LEAST_WAY = 0.01  # of the longest way; from which on friction that slips shows
 LAW_SECONDS_A_KNOT = 1.0  # s; of a law over time: slow changes, no single push
+FADING_RANK = 0.95  # rank correlation of falling power with time: it falls all along
+FADING_RATIO = 2.0  # of the largest to the least power: amplitudes are told apart
 LAW_MOST_KNOTS = 64  # knots; of a curve without a formula: bounds the time
 LAW_LEAST_NATS = 10.0  # nats; evidence for a law by one linearised step, worth a fit
 LAW_FIRST_INFLATION = 4.0  # ratio; of variances: errors within a window are correlated

@@ -34,6 +34,8 @@ class Signals:
     after_s: s, length of all recordings before that of each stretch; None when there are none.
     parts: (n, k) the command in k equal parts of each period, where commands come faster than
         samples; `command` is their mean. None where the command is held for whole periods.
+    interpolated: whether samples lie between those that were taken, at uneven times: where the
+        motion bends they are off by more than the sensor's noise.
 
     Raises BadInputError when lengths differ, a value is not finite or neither cart nor pole is
     there.
@@ -49,6 +51,7 @@ class Signals:
     begin_s: tuple[float, ...] | None = None
     after_s: tuple[float, ...] | None = None
     parts: Floats | None = None
+    interpolated: bool = False
 
     def __post_init__(self) -> None:
         if self.cart is None and self.pole is None:
@@ -227,6 +230,7 @@ def join_signals(recordings: list[Signals]) -> Signals:
         begin_s=tuple(b for r in recordings for b in r._begin_s),
         after_s=tuple(a + b for a, r in zip(after, recordings, strict=True) for b in r._after_s),
         parts=_stack_parts(recordings),
+        interpolated=any(r.interpolated for r in recordings),
     )
 
 

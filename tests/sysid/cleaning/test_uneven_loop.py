@@ -61,7 +61,7 @@ def test_the_twin_of_an_uneven_loop_runs_at_the_noise(drifts: bool) -> None:
     assert recording.timing_spread_s == 0.0  # no command is moved
     prepared = prepare([recording], INTECO)
     misfit = fit(prepared.case, prepared.split, (), make_theta(INTECO), HORIZONS[-1]).choose
-    assert misfit < 0.6  # 1.25 and 1.19 with samples moved to instants, and commands averaged
+    assert misfit < 0.75  # twice as much with samples moved to instants, and commands averaged
 
 
 def test_the_step_of_the_encoder_is_known_although_samples_lie_between_steps() -> None:

@@ -3,6 +3,7 @@
 import pytest
 
 from pendulum_sysid.cleaning.clean import clean_recording
+from pendulum_sysid.decisions import MISFIT_AT_NOISE
 from pendulum_sysid.fitting.fit import HORIZONS, fit, fit_over_horizon, fit_own_parameters
 from pendulum_sysid.fitting.gauss_newton import refine_start_states
 from pendulum_sysid.prepare import Prepared, prepare
@@ -27,7 +28,7 @@ def test_a_fit_over_whole_windows_goes_on_from_the_start_states_of_short_windows
     case, split = balanced.case, balanced.split
     near = fit(case, split, (), make_theta(case.twin), HORIZONS[0])
     far = fit_over_horizon(case, split, near, HORIZONS[-1])
-    assert near.train < 1.0 and far.train < 1.0  # the noise counts the encoder's steps in full
+    assert near.train < MISFIT_AT_NOISE and far.train < MISFIT_AT_NOISE
     assert fit_own_parameters(case, split).train == far.train
     back = fit_over_horizon(case, split, far, HORIZONS[0])
     assert back.train == pytest.approx(near.train, rel=1e-2)
@@ -37,4 +38,6 @@ def test_start_states_of_whole_windows_are_refined_to_the_noise(balanced: Prepar
     case, split = balanced.case, balanced.split
     theta = fit_own_parameters(case, split).theta
     for windows in (split.learn, split.held_out):
-        assert refine_start_states(case.problem(windows), theta).misfit(case.noise) < 1.0
+        assert (
+            refine_start_states(case.problem(windows), theta).misfit(case.noise) < MISFIT_AT_NOISE
+        )

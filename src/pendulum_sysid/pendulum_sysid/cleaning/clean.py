@@ -251,6 +251,7 @@ def _put_on_one_clock(samples: Samples) -> Signals:
         pole_valid=valid["pole"],
         stretch_begins=tuple(int(k) for k in np.cumsum([0, *(len(grid) for grid in grids[:-1])])),
         begin_s=tuple(float(grid[0]) for grid in grids),
+        interpolated=rate.uneven,
     )
 
 

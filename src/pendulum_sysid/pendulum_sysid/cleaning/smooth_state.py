@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pendulum_sysid.cleaning.sensor_noise import measure_noise
 from pendulum_sysid.cleaning.smoothing import differentiate, smooth
 from pendulum_sysid.records import Noise
 from pendulum_twin.arrays import Floats
@@ -20,7 +21,7 @@ class SmoothState:
         the sensors show them; 0 for a joint that the recording lacks.
     accelerations: (n, 2) of cart (m/s^2) and pole (rad/s^2).
     noise: standard deviation of each sensor's noise.
-    deviations: (4,) standard deviation that the noise leaves in each smoothed state.
+    deviations: (4,) standard deviation of each smoothed state, as rounded at kinks of the motion.
     """
 
     states: Floats
@@ -49,6 +50,6 @@ def smooth_state(signals: Signals) -> SmoothState:
     for k, (values, joint) in smoothed.items():
         states[:, k], states[:, k + 2] = joint.value, joint.rate
         accelerations[:, k] = differentiate(values, signals.stretches, signals.period_s, longer, 2)
-        noises[k] = joint.noise
+        noises[k] = measure_noise(values, joints[k][1], signals)
         deviations[[k, k + 2]] = joint.value_noise, joint.rate_noise
     return SmoothState(states, accelerations, Noise(*noises), deviations)

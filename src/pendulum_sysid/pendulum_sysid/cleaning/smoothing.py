@@ -15,7 +15,7 @@ import numpy as np
 from numpy.polynomial.polynomial import polyder, polyvander
 from scipy.ndimage import correlate1d
 
-from pendulum_twin.arrays import Floats, Mask
+from pendulum_twin.arrays import Floats, Ints, Mask
 
 DEGREE = 5
 HALF_LENGTHS = (4, 5, 6, 8, 10, 13, 16, 20, 26, 32, 40, 52, 64, 80)
@@ -25,19 +25,29 @@ LEAST_NOISE = 1e-12  # m, rad: where the signal never moves
 
 
 @dataclass(frozen=True)
+class Scatter:
+    """Hold how far samples lie from the polynomials about them.
+
+    left_out: mean squared leave-one-out error, in the unit of the samples, squared.
+    deviation: standard deviation of a sample's noise, by the residuals.
+    """
+
+    left_out: float
+    deviation: float
+
+
+@dataclass(frozen=True)
 class Smooth:
     """Hold a smoothed signal of n samples.
 
     value: (n,) in the signal's unit.
     rate: (n,) in the signal's unit per s.
-    noise: standard deviation of one sample's noise, rounding to encoder steps included.
-    value_noise, rate_noise: standard deviation that the noise leaves in value and rate.
+    value_noise, rate_noise: standard deviation of value and rate.
     half_length: samples to either side that each polynomial spans.
     """
 
     value: Floats
     rate: Floats
-    noise: float
     value_noise: float
     rate_noise: float
     half_length: int
@@ -50,20 +60,34 @@ def smooth(values: Floats, valid: Mask, stretches: tuple[slice, ...], period_s: 
     valid: (n,) False where a sample says nothing of the noise.
     stretches: of the samples; together they cover all of them.
 
-    The noise is the scatter about the polynomials or that of a rounding to the encoder's step,
-    whichever is larger.
+    The deviations follow from the scatter about the polynomials, or from a rounding to the
+    encoder's step, whichever is larger: kinks of the motion count like noise.
     """
-    lengths = [stretch.stop - stretch.start for stretch in stretches]
-    to_end = np.concatenate([np.minimum(np.arange(n), np.arange(n)[::-1]) for n in lengths])
-    counting = [n for n, s in zip(lengths, stretches, strict=True) if valid[s].any()] or lengths
-    halves = [h for h in HALF_LENGTHS if 2 * h + 1 <= max(counting)] or [HALF_LENGTHS[0]]
-    errors = {h: _measure_left_out_error(values, valid & (to_end >= h), h) for h in halves}
-    half = min(errors, key=lambda h: errors[h][0])
-    scatter = errors[half][1]
+    halves = list_halves(HALF_LENGTHS, valid, stretches)
+    to_end = count_to_end(stretches)
+    scatters = {
+        h: measure_scatter(compute_residuals(values, h), valid & (to_end >= h), h) for h in halves
+    }
+    half = min(scatters, key=lambda h: scatters[h].left_out)
     value, rate = (differentiate(values, stretches, period_s, half, d) for d in (0, 1))
-    noise = max(scatter, _measure_rounding(values, valid))
+    noise = max(scatters[half].deviation, _measure_rounding(values, valid))
     gains = [compute_noise_gain(half, period_s, d) for d in (0, 1)]
-    return Smooth(value, rate, noise, noise * gains[0], noise * gains[1], half)
+    return Smooth(value, rate, noise * gains[0], noise * gains[1], half)
+
+
+def list_halves(
+    halves: tuple[int, ...], valid: Mask, stretches: tuple[slice, ...]
+) -> tuple[int, ...]:
+    """Return the half lengths whose polynomials a stretch with valid samples can hold."""
+    lengths = [stretch.stop - stretch.start for stretch in stretches]
+    counting = [n for n, s in zip(lengths, stretches, strict=True) if valid[s].any()] or lengths
+    return tuple(h for h in halves if 2 * h + 1 <= max(counting)) or halves[:1]
+
+
+def count_to_end(stretches: tuple[slice, ...]) -> Ints:
+    """Return for every sample how many samples lie to the nearer end of its stretch, (n,)."""
+    lengths = [stretch.stop - stretch.start for stretch in stretches]
+    return np.concatenate([np.minimum(np.arange(n), np.arange(n)[::-1]) for n in lengths])
 
 
 def compute_noise_gain(half: int, period_s: float, order: int) -> float:
@@ -110,19 +134,32 @@ def _fit_weights(length: int, order: int) -> Floats:
     return slopes @ np.linalg.pinv(polyvander(places, degree)) / float(reach) ** order
 
 
-def _measure_left_out_error(values: Floats, counts: Mask, half: int) -> tuple[float, float]:
-    """Return the mean squared leave-one-out error, and the noise's deviation by the residuals.
+def compute_residuals(values: Floats, half: int) -> Floats:
+    """Return values (n,) minus the polynomial about every sample, (n,), in their unit.
 
+    half: samples to either side that each polynomial spans; nearer to an end of a stretch the
+        residual means nothing.
+    """
+    weights = _fit_weights(2 * half + 1, 0)[half]
+    residuals: Floats = values - correlate1d(values, weights, mode="nearest")
+    return residuals
+
+
+def measure_scatter(residuals: Floats, counts: Mask, half: int, spent: int = 0) -> Scatter:
+    """Return the scatter of values about their polynomials.
+
+    residuals: (n,) as of `compute_residuals`.
     counts: (n,) True where a sample counts and lies so far inside its stretch.
+    spent: parameters that were fitted to the residuals.
 
     The error is infinite where fewer samples count than a polynomial spans: they tell nothing.
     """
-    weights = _fit_weights(2 * half + 1, 0)[half]
-    residuals = (values - correlate1d(values, weights, mode="nearest"))[counts]
-    if len(residuals) < len(weights):
-        return np.inf, 0.0
-    power, own = float(np.mean(residuals**2)), weights[half]
-    return power / (1 - own) ** 2, float(np.sqrt(power / (1 - own)))
+    counting, length = residuals[counts], 2 * half + 1
+    if len(counting) < length + spent:
+        return Scatter(np.inf, 0.0)
+    power = float(np.sum(counting**2)) / (len(counting) - spent)
+    own = float(_fit_weights(length, 0)[half, half])
+    return Scatter(power / (1 - own) ** 2, float(np.sqrt(power / (1 - own))))
 
 
 def _measure_rounding(values: Floats, valid: Mask) -> float:

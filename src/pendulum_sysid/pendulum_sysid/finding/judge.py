@@ -187,12 +187,13 @@ def is_surely_there(fit: Fit, effect: str, scales: Scales) -> bool:
     nothing from the largest command on. True for an effect without a size that is estimated. An
     effect is not surely there where a shape that confines it may reach its bound: a patch as wide
     as the visited rail is a drag along the rail, and a friction that levels off nowhere is a
-    viscous friction. The errors of several sizes are taken to be independent.
+    viscous friction. Neither is a wave that may have any phase. The errors of several sizes are
+    taken to be independent.
 
     scales: of the recording.
     """
     free = {f.name: f for f in list_effect_parameters(BY_NAME[effect], scales)}
-    if any(_may_be_unconfined(parameter, fit) for parameter in free.values()):
+    if any(_may_be_anything(parameter, fit) for parameter in free.values()):
         return False
     parameters = [p for p in BY_NAME[effect].parameters if np.isfinite(p.neutral)]
     sizes = [p for p in parameters if not p.shape] or parameters
@@ -208,12 +209,19 @@ def is_surely_there(fit: Fit, effect: str, scales: Scales) -> bool:
     return bool(np.sum(squares) > chdtri(len(squares), 0.05) / chdtri(1, 0.05))
 
 
-def _may_be_unconfined(parameter: Free, fit: Fit) -> bool:
-    """Return whether the interval of a shape that confines reaches the largest that a fit may."""
+def _may_be_anything(parameter: Free, fit: Fit) -> bool:
+    """Return whether the interval of a shape leaves open what the effect is.
+
+    It reaches the largest value of a shape that confines, or holds every phase of a wave.
+    """
     estimate = fit.estimates.get(parameter.name)
     effect, _, name = parameter.name.partition(".")
     (declared,) = (p for p in BY_NAME[effect].parameters if p.name == name)
-    return declared.confines and estimate is not None and estimate.high >= parameter.high
+    if estimate is None:
+        return False
+    if declared.phase:
+        return estimate.high - estimate.low >= 2.0 * np.pi
+    return declared.confines and estimate.high >= parameter.high
 
 
 def _measure_distance(

@@ -13,6 +13,7 @@ from pendulum_sysid.measuring.measure import (
     Progress,
     add_small_laws,
     begin_without_laws,
+    fit_without_laws,
     leave_curves_out,
     list_over_time,
     measure_laws,
@@ -72,7 +73,7 @@ def measure_from_starts(
 ) -> Measured | None:
     """Return the best fit with measured laws of all starts; None where no law helps.
 
-    last: the last of the starts, over the short horizon.
+    last: the last of the starts; the others are fitted over its horizon.
     """
     best: Measured | None = None
     by_effects = {start.effects: start for start in starts.fits}
@@ -95,7 +96,8 @@ def _measure_from(
 ) -> Measured | None:
     """Return the fit with measured laws from a start; None where no law helps."""
     effects, best = start.effects, last.fit
-    begun = last if effects == best.effects else begin_without_laws(case, split, start)
+    alike = effects == best.effects
+    begun = last if alike else fit_without_laws(case, split, start, best.pieces)
     stood_for = {BY_NAME[name].law_kind for name in {*best.effects}.difference(effects)}
     return measure_laws(case, split, begun, report, best.choose, frozenset(stood_for))
 

@@ -14,6 +14,7 @@ from pendulum_sysid.finding.detectors.steady_friction import FRICTION_FORMS
 from pendulum_sysid.finding.localisation.balance import Motion, compute_motion
 from pendulum_sysid.fitting.case import OF_CART, Case
 from pendulum_sysid.fitting.parameters import Free, list_rig_parameters
+from pendulum_sysid.measuring.fading_motion import is_fading
 from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.effects import BY_NAME as EFFECTS
 from pendulum_twin.effects.effect import Form, Place
@@ -185,9 +186,9 @@ def list_curves(case: Case, theta: Floats, effects: tuple[str, ...]) -> list[Cur
     effects: of the twin; dry friction among them may also become less along a curve.
     """
     here, shaft_turn = compute_motion(case, theta), find_shaft_turn(case.signals)
-    curves = []
+    fades, curves = is_fading(here), []
     for kind in KINDS:
-        if _is_possible(case, kind):
+        if _is_possible(case, kind) and not (fades and kind.variable is Variable.TIME):
             seen = _list_places(case, here, kind.variable)
             turn = shaft_turn if kind.variable is Variable.SHAFT else 2 * np.pi
             if _is_visited(kind, seen, turn):

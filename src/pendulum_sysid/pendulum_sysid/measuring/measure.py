@@ -171,9 +171,20 @@ def drop_needless(measured: Measured, kinds: Sequence[str]) -> Measured:
 
 
 def begin_without_laws(case: Case, split: Split, start: Fit) -> LawFit:
-    """Return a fit without new laws over the short horizon, where errors stay where they arise."""
-    begun = fit_over_horizon(case, split, start, HORIZONS[0])
-    return LawFit(begun, (), (), (), (), decisions.LAW_FIRST_INFLATION)
+    """Return a fit without new laws over the short horizon, where errors stay where they arise.
+
+    Over the long horizon where the short horizon shows no errors: they add up there.
+    """
+    begun = fit_without_laws(case, split, start, HORIZONS[0])
+    if begun.fit.choose <= decisions.MISFIT_AT_NOISE:
+        begun = fit_without_laws(case, split, start, HORIZONS[-1])
+    return begun
+
+
+def fit_without_laws(case: Case, split: Split, start: Fit, pieces: int) -> LawFit:
+    """Return the fit without laws over a horizon; pieces: of each window."""
+    fit = fit_over_horizon(case, split, start, pieces)
+    return LawFit(fit, (), (), (), (), decisions.LAW_FIRST_INFLATION)
 
 
 def _add_law(
@@ -277,7 +288,8 @@ def leave_curves_out(measured: Measured, which: Sequence[int]) -> Measured:
     others = [n for n in range(len(law_fit.curves)) if n not in which]
     start = replace(law_fit.fit, theta=theta)
     if not others:  # nothing may be left to fit
-        return replace(measured, law_fit=begin_without_laws(measured.case, measured.split, start))
+        bare = fit_without_laws(measured.case, measured.split, start, law_fit.fit.pieces)
+        return replace(measured, law_fit=bare)
     less = fit_laws(
         measured.case,
         measured.split,

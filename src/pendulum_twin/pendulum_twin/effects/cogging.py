@@ -31,7 +31,7 @@ EFFECT = Effect(
             most=1.0,
             fewest=0.03,
         ),
-        Parameter("phase_rad", "rad", 0.0, -10.0, 10.0, PHASES, shape=True),
+        Parameter("phase_rad", "rad", 0.0, -10.0, 10.0, PHASES, shape=True, phase=True),
     ),
     sentence="A force of {amplitude_n} repeats every {period_m} along the rail (phase "
     "{phase_rad}).",

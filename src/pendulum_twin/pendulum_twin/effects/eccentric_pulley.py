@@ -49,7 +49,7 @@ EFFECT = Effect(
             most=1.0,
             fewest=0.03,
         ),
-        Parameter("phase_rad", "rad", 0.0, -10.0, 10.0, PHASES, shape=True),
+        Parameter("phase_rad", "rad", 0.0, -10.0, 10.0, PHASES, shape=True, phase=True),
     ),
     sentence="The pulley that measures the cart's position is off its axis: the reading goes "
     "faster and slower than the cart by {ratio} of its speed, every {period_m} (phase "

@@ -113,6 +113,7 @@ class Parameter:
         keep away from it do not tell it.
     delays: True for a time, s, by which the motion follows the command later.
     holds: True for a level of dry friction that holds its joint at rest at any place.
+    phase: True for the phase of a wave, rad: a wave that may have any phase is not surely there.
     resonant: True for the period of a resonance: the effect is in no proportion to it.
     confines: True for a shape at whose largest the effect is a simpler effect: a patch as wide as
         the rail, a friction that levels off nowhere.
@@ -138,6 +139,7 @@ class Parameter:
     instant: bool = False
     delays: bool = False
     holds: bool = False
+    phase: bool = False
     resonant: bool = False
     confines: bool = False
     idle_beyond: Scale | None = None

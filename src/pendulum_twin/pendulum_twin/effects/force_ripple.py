@@ -32,7 +32,7 @@ EFFECT = Effect(
             most=1.0,
             fewest=0.03,
         ),
-        Parameter("phase_rad", "rad", 0.0, -10.0, 10.0, PHASES, shape=True),
+        Parameter("phase_rad", "rad", 0.0, -10.0, 10.0, PHASES, shape=True, phase=True),
     ),
     sentence="The force per command goes up and down by {ratio} of itself every {period_m} along "
     "the rail (phase {phase_rad}).",

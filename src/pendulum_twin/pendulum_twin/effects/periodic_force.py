@@ -29,7 +29,16 @@ EFFECT = Effect(
             shape=True,
             fewest=2.0,
         ),
-        Parameter("phase_rad", "rad", 0.0, -10.0, 10.0, (0.0, 1.5707963267948966), shape=True),
+        Parameter(
+            "phase_rad",
+            "rad",
+            0.0,
+            -10.0,
+            10.0,
+            (0.0, 1.5707963267948966),
+            shape=True,
+            phase=True,
+        ),
     ),
     sentence="A force of {amplitude_n} repeats at {frequency_hz} whatever the rig does (phase "
     "{phase_rad}): something vibrates.",

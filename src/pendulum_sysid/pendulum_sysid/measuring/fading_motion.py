@@ -1,0 +1,32 @@
+"""Whether a motion that nothing drives fades all along a recording: time looks like amplitude.
+
+In a free decay each amplitude comes once, so a law over time follows whatever depends on the
+amplitude, and fails wherever the motion begins otherwise. No such law is asked then.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.stats import spearmanr
+
+from pendulum_sysid import decisions
+from pendulum_sysid.finding.localisation.balance import Motion
+from pendulum_twin.arrays import Floats
+
+
+def is_fading(motion: Motion) -> bool:
+    """Return whether nothing drives the rig, and every joint that moves does so less and less."""
+    speeds = [speed for speed in (motion.v, motion.w) if np.any(speed)]
+    driven = bool(np.any(motion.u))
+    return bool(speeds) and not driven and all(_falls(speed) for speed in speeds)
+
+
+def _falls(speed: Floats) -> bool:
+    """Return whether the power of a speed (n,) falls far, from block to block of time."""
+    if len(speed) < decisions.LEAD_BLOCKS:
+        return False
+    powers = [np.mean(block**2) for block in np.array_split(speed, decisions.LEAD_BLOCKS)]
+    if max(powers) < decisions.FADING_RATIO * min(powers):
+        return False
+    rank = spearmanr(np.arange(decisions.LEAD_BLOCKS), powers).statistic
+    return bool(rank <= -decisions.FADING_RANK)

@@ -1,0 +1,97 @@
+"""The noise of a sensor is measured, not how the motion bends where the command steps."""
+
+import numpy as np
+import pytest
+
+from pendulum_sysid.cleaning.sensor_noise import measure_noise
+from pendulum_sysid.cleaning.smooth_state import smooth_state
+from pendulum_twin.arrays import Floats
+from pendulum_twin.signals import Signals
+
+SECONDS, DEVIATION = 60.0, 1e-4  # s; m
+
+
+def push_cart(period_s: float, late_s: float = 0.0) -> tuple[Floats, Floats]:
+    """Return a command that steps every 0.4 s, and where it takes a cart with viscous friction.
+
+    late_s: s, by which the cart follows the command later.
+    """
+    fine, step_s = int(SECONDS / 1e-3), 1e-3
+    levels = np.random.default_rng(5).uniform(-0.5, 0.5, int(SECONDS / 0.4) + 1)
+    times = step_s * np.arange(fine)
+    sample = np.floor((times - late_s) / period_s + 1e-9) * period_s
+    pushes = levels[np.clip(np.floor(sample / 0.4 + 1e-9).astype(int), 0, None)]
+    x = v = 0.0
+    places = np.empty(fine)
+    for k, push in enumerate(pushes):
+        places[k] = x
+        v += step_s * (15.0 * push - 2.0 * v - 3.0 * x)
+        x += step_s * v
+    every = np.arange(0, fine, round(period_s / step_s))
+    begins = period_s * np.arange(len(every))
+    return levels[np.floor(begins / 0.4 + 1e-9).astype(int)], places[every]
+
+
+def record(period_s: float, noise: Floats | float, late_s: float = 0.0) -> Signals:
+    command, cart = push_cart(period_s, late_s)
+    every = np.ones(len(cart), dtype=bool)
+    return Signals(period_s, command, cart + noise, None, every, every)
+
+
+@pytest.mark.parametrize(("period_s", "late_s"), [(0.01, 0.0), (0.02, 0.0), (0.02, 0.02)])
+def test_steps_of_the_command_are_no_noise(period_s: float, late_s: float) -> None:
+    noise = np.random.default_rng(6).normal(0.0, DEVIATION, int(SECONDS / period_s))
+    signals = record(period_s, noise, late_s)
+    assert signals.cart is not None
+    measured = measure_noise(signals.cart, signals.cart_valid, signals)
+    assert measured == pytest.approx(DEVIATION, rel=0.1)
+
+
+def test_at_25_hz_the_noise_is_no_more_than_twice_too_large() -> None:
+    """Bends of the motion that no step of the command explains are left."""
+    noise = np.random.default_rng(6).normal(0.0, DEVIATION, int(SECONDS / 0.04))
+    signals = record(0.04, noise)
+    assert signals.cart is not None
+    assert DEVIATION < measure_noise(signals.cart, signals.cart_valid, signals) < 2 * DEVIATION
+
+
+def test_without_a_step_of_the_command_bends_are_taken_for_noise() -> None:
+    """The command is what tells the two apart: without it the same motion seems noisy."""
+    signals = record(0.04, 0.0)
+    assert signals.cart is not None
+    still = Signals(
+        0.04, np.zeros(len(signals)), signals.cart, None, signals.cart_valid, signals.pole_valid
+    )
+    blind, seeing = (measure_noise(signals.cart, signals.cart_valid, s) for s in (still, signals))
+    assert seeing < 0.2 * blind
+
+
+@pytest.mark.parametrize("step", [57e-6, 1.5e-3])
+def test_an_encoder_s_rounding_is_measured_where_the_joint_never_rests(step: float) -> None:
+    """Neighbouring samples are many steps apart, all samples together lie a step apart."""
+    t = 0.01 * np.arange(6000)
+    values = np.round(0.9 * (np.sin(4.4 * t) + 0.25 * np.sin(12 * t + 0.3)) / step) * step
+    every = np.ones(len(t), dtype=bool)
+    signals = Signals(0.01, np.zeros(len(t)), values, None, every, every)
+    assert measure_noise(values, every, signals) == pytest.approx(step / np.sqrt(12), rel=0.1)
+
+
+def test_placeholders_say_nothing_of_the_noise() -> None:
+    noise = np.random.default_rng(6).normal(0.0, DEVIATION, 6000)
+    signals = record(0.01, noise)
+    spikes = np.arange(50, 6000, 100)
+    cart, valid = np.array(signals.cart), np.ones(6000, dtype=bool)
+    cart[spikes] += 1e-3
+    valid[spikes] = False
+    spoilt = Signals(0.01, signals.command, cart, None, valid, valid)
+    assert measure_noise(cart, valid, spoilt) == pytest.approx(DEVIATION, rel=0.35)
+
+
+@pytest.mark.parametrize("length", [1, 2, 5, 9, 30])
+def test_a_short_recording_has_a_finite_noise(length: int) -> None:
+    every = np.ones(length, dtype=bool)
+    values = 1.0 + 0.02 * np.arange(length)
+    signals = Signals(0.01, np.arange(length) % 3, values, values, every, every)
+    noise = smooth_state(signals).noise
+    assert noise.cart_m is not None and noise.pole_rad is not None
+    assert np.isfinite([noise.cart_m, noise.pole_rad]).all() and noise.cart_m > 0.0
