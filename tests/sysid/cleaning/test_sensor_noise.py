@@ -76,6 +76,17 @@ def test_an_encoder_s_rounding_is_measured_where_the_joint_never_rests(step: flo
     assert measure_noise(values, every, signals) == pytest.approx(step / np.sqrt(12), rel=0.1)
 
 
+def test_an_encoder_s_rounding_is_measured_over_several_turns() -> None:
+    """A slow pole is read alike from sample to sample, which is no small scatter."""
+    step = 2.0 * np.pi / 4096
+    slow = 0.02 * np.sin(0.5 * 0.01 * np.arange(1000))
+    turn, read = 2.0 * np.pi, step * np.round(slow / step)
+    turns = np.concatenate([(turn * k + read) - turn * k for k in range(4)])  # counted back
+    every = np.ones(len(turns), dtype=bool)
+    signals = Signals(0.01, np.zeros(len(turns)), None, turns, every, every, (0, 1000, 2000, 3000))
+    assert measure_noise(turns, every, signals) == pytest.approx(step / np.sqrt(12), rel=0.1)
+
+
 def test_placeholders_say_nothing_of_the_noise() -> None:
     noise = np.random.default_rng(6).normal(0.0, DEVIATION, 6000)
     signals = record(0.01, noise)

@@ -88,9 +88,12 @@ def _fit_kinks(residuals: Floats, kinks: Floats, counts: Mask) -> Floats:
 
 
 def _measure_rounding(values: Floats) -> float:
-    """Return the deviation of rounding to the smallest step that occurs often among all values."""
+    """Return the deviation of rounding to the smallest step that occurs often among all values.
+
+    Equal readings of several turns differ by the rounding of numbers, which is no step.
+    """
     steps = np.diff(np.sort(values))
-    steps = steps[steps > 0]
+    steps = steps[steps > LEAST_NOISE]
     if len(steps) < FEWEST_STEPS:
         return LEAST_NOISE
     return float(np.quantile(steps, SMALLEST_STEP_QUANTILE)) / np.sqrt(12.0)
