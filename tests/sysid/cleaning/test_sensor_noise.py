@@ -55,6 +55,23 @@ def test_at_25_hz_the_noise_is_no_more_than_twice_too_large() -> None:
     assert DEVIATION < measure_noise(signals.cart, signals.cart_valid, signals) < 2 * DEVIATION
 
 
+@pytest.mark.parametrize("gain", [20.0, 60.0])
+def test_noise_that_a_controller_feeds_back_counts_as_noise(gain: float) -> None:
+    """The command holds the position's noise, and so would explain it over short times."""
+    random, period_s = np.random.default_rng(8), 0.01
+    x = v = before = 0.0
+    command, read = np.empty(3000), np.empty(3000)
+    for k in range(3000):
+        read[k] = x + random.normal(0.0, DEVIATION)
+        wanted = 0.1 * np.sign(np.sin(2.0 * np.pi * k / 500))
+        command[k] = gain * (wanted - read[k]) - 0.03 * gain * (read[k] - before) / period_s
+        before = read[k]
+        x, v = x + period_s * v + 0.5 * period_s**2 * command[k], v + period_s * command[k]
+    every = np.ones(3000, dtype=bool)
+    signals = Signals(period_s, command, read, None, every, every)
+    assert measure_noise(read, every, signals) == pytest.approx(DEVIATION, rel=0.15)
+
+
 def test_without_a_step_of_the_command_bends_are_taken_for_noise() -> None:
     """The command is what tells the two apart: without it the same motion seems noisy."""
     signals = record(0.04, 0.0)

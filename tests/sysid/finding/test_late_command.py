@@ -56,7 +56,7 @@ def test_a_drive_that_answers_late_moves_no_command(name: str) -> None:
         ((9.95, 0.94, 10.4), 1),
         ((58.8, 34.9, 12.8, 0.95, 13.0), 3),  # stamps 30 ms late
         ((389.4, 360.2, 323.7, 277.7, 208.0, 100.1, 85.6, 103.3), 0),  # INTECO, a sign wrong
-        ((1.4, 0.6, 1.4), 0),  # at the noise
+        ((1.05, 0.6, 1.05), 0),  # at the noise
     ],
 )
 def test_a_sharp_minimum_says_how_late_commands_are(

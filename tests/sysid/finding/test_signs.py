@@ -16,10 +16,10 @@ TURNED = "angle_sign_inverted"
     [
         (432.0, 9.8, None, None, True),  # a realistic rest beside a wrong sign: no search
         (9.2, 7.4, 0.9, 5.0, False),  # dry friction in a loop near upright
-        (9.2, 7.4, 1.2, 1.1, False),
+        (9.2, 7.4, 1.05, 1.0, False),
         (9.2, 7.4, 6.0, 3.0, True),  # neither ends at the noise, and the sign was ahead
         (9.2, 9.0, 6.0, 3.0, False),
-        (9.2, 9.0, 6.0, 1.2, True),  # a wrong scale of the angle beside a wrong sign
+        (9.2, 9.0, 6.0, 1.05, True),  # a wrong scale of the angle beside a wrong sign
         (9.2, 12.0, None, None, False),  # no doubt
     ],
 )

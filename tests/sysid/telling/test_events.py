@@ -152,7 +152,7 @@ def test_a_pole_that_was_struck_is_said_to_have_been_touched(
 
 
 @pytest.mark.parametrize(
-    ("remains", "outcome"), [(1.2, Outcome.NOTHING_MISSING), (9.0, Outcome.NOT_IN_CATALOGUE)]
+    ("remains", "outcome"), [(1.05, Outcome.NOTHING_MISSING), (9.0, Outcome.NOT_IN_CATALOGUE)]
 )
 def test_an_effect_that_few_parts_show_again_leaves_its_errors_unexplained(
     remains: float, outcome: Outcome

@@ -262,17 +262,17 @@ def test_a_small_part_or_none_is_no_answer_while_whole_windows_show_more_than_no
     friction: tuple[dict, Findings],
 ) -> None:
     kept = friction[1]
-    small = replace(kept, base=replace(kept.base, choose=1.4), best=replace(kept.best, choose=1.2))
+    small = replace(kept, base=replace(kept.base, choose=1.2), best=replace(kept.best, choose=1.0))
     outcomes = {
-        misfit: decide_outcome(replace(small, learned_misfit=misfit)) for misfit in (1.1, 4.0)
+        misfit: decide_outcome(replace(small, learned_misfit=misfit)) for misfit in (1.0, 4.0)
     }
-    assert outcomes == {1.1: Outcome.NAMED, 4.0: Outcome.NOT_IN_CATALOGUE}
+    assert outcomes == {1.0: Outcome.NAMED, 4.0: Outcome.NOT_IN_CATALOGUE}
     told = make_verdict(replace(small, learned_misfit=4.0), kept.case.recording, 1.0)
     assert told.sentence.count("4 times the sensors' noise over whole windows") == 1
     assert decide_outcome(replace(kept, learned_misfit=4.0)) is Outcome.NAMED  # a great part
     unnamed = replace(small, named=(), learned_misfit=4.0)
     assert decide_outcome(unnamed) is Outcome.NOT_IN_CATALOGUE
-    assert decide_outcome(replace(unnamed, learned_misfit=1.1)) is Outcome.NOTHING_MISSING
+    assert decide_outcome(replace(unnamed, learned_misfit=1.0)) is Outcome.NOTHING_MISSING
 
 
 def test_whole_windows_are_judged_from_the_start_states_of_the_fit(

@@ -145,19 +145,18 @@ def compute_residuals(values: Floats, half: int) -> Floats:
     return residuals
 
 
-def measure_scatter(residuals: Floats, counts: Mask, half: int, spent: int = 0) -> Scatter:
+def measure_scatter(residuals: Floats, counts: Mask, half: int) -> Scatter:
     """Return the scatter of values about their polynomials.
 
     residuals: (n,) as of `compute_residuals`.
     counts: (n,) True where a sample counts and lies so far inside its stretch.
-    spent: parameters that were fitted to the residuals.
 
     The error is infinite where fewer samples count than a polynomial spans: they tell nothing.
     """
     counting, length = residuals[counts], 2 * half + 1
-    if len(counting) < length + spent:
+    if len(counting) < length:
         return Scatter(np.inf, 0.0)
-    power = float(np.sum(counting**2)) / (len(counting) - spent)
+    power = float(np.mean(counting**2))
     own = float(_fit_weights(length, 0)[half, half])
     return Scatter(power / (1 - own) ** 2, float(np.sqrt(power / (1 - own))))
 

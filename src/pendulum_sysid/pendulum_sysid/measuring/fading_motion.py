@@ -18,10 +18,10 @@ def is_fading(motion: Motion) -> bool:
     """Return whether nothing drives the rig, and every joint that moves does so less and less."""
     speeds = [speed for speed in (motion.v, motion.w) if np.any(speed)]
     driven = bool(np.any(motion.u))
-    return bool(speeds) and not driven and all(_falls(speed) for speed in speeds)
+    return bool(speeds) and not driven and all(_is_falling(speed) for speed in speeds)
 
 
-def _falls(speed: Floats) -> bool:
+def _is_falling(speed: Floats) -> bool:
     """Return whether the power of a speed (n,) falls far, from block to block of time."""
     if len(speed) < decisions.LEAD_BLOCKS:
         return False
