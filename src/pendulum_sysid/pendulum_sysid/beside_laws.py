@@ -61,6 +61,7 @@ Progress = Callable[[str], None]
 def measure_rest(findings: Findings, split: Split, progress: Progress) -> Measured | None:
     """Return measured laws for what no name explains; None where laws do not help.
 
+    Laws are asked where errors remain over short windows, or over whole windows alone.
     Where names do not explain the errors, laws are tried without these names first, but beside
     the dry friction of the best fit and what the pole steadily shows by itself. Effects that take
     each other back are no names, and laws are tried without them first, too: where the recording

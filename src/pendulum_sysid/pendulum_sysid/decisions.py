@@ -11,6 +11,7 @@ LEAD_SHARE_OF_REST = 0.5  # of power; left beyond the noise, that a richer twin 
 LIKELIHOOD_GAIN_NATS = 20.0  # nats; an effect in few windows; encoder noise is not white
 LIKELIHOOD_MISFIT_RATIO = 1.01  # ratio; ... and at least this factor of misfit
 MISFIT_AT_NOISE = 1.1  # noise; up to it errors are the sensors'; perfect models end at 0.9 to 1
+FLOORS_AT_NOISE = 1.5  # noise floors; perfect models scatter about 1 over few held-out windows
 FOLDS = 5  # folds; of cross-validation; Hastie, Tibshirani and Friedman, section 7.10
 LEAD_BLOCKS = 12  # blocks; of time, over which a lead is averaged: errors nearby are alike
 
@@ -209,6 +210,7 @@ COMMAND_MOVED_NATS = 4.0  # nats; by which the cart must speak for the other sam
 COMMAND_FARTHER_NATS = 50.0  # nats a period; more, off the middle, and for a clock that is off
 COMMAND_FAR_OFF = 2.0  # of typical power; a window so far off the twin may hold a wrong command
 COMMAND_MOST_TYPICAL = 100.0  # of noise power; a twin further off in typical windows lacks physics
+COMMAND_TYPICAL_AT_NOISE = 2.25  # of noise power; a typical window of a twin that lacks nothing
 COMMAND_MOST_LEFT = 0.1  # of power beyond the typical; else it is no command that was wrong
 COMMAND_MOST_UNEXPLAINED = 0.1  # of windows; that a busy computer spoils for good
 COMMAND_TIMES_RATIO = 0.97  # ratio; of unexplained acceleration: a timing is clearly right

@@ -34,7 +34,7 @@ OWN_MASS, OWN_VISCOUS = LAWS + 20, LAWS + 21
 CURVED = LAWS + 22  # 1 where a lane has measured curves
 # what costly laws add at a state, and where both joints stand there (`applied` in `motion.py`)
 COSTLY, AT_REST = LAWS + 23, LAWS + 27
-# states of the second, third and fourth stage of a step; accelerations of all four stages
+# states of the second, third and fourth stage of a step; accelerations of the first three
 STAGES, RATES = LAWS + 31, LAWS + 43
 # the state in the middle of a step, as its first velocities lead there, and the time there, s
 MIDDLE, TIME = LAWS + 51, LAWS + 55

@@ -155,28 +155,29 @@ def compose_held_rows() -> Callable[..., Any]:
 def compose_path_rows() -> Callable[..., Any]:
     """Return add(p, width), which adds the forces in the middle of a step to rows EVEN."""
     move = f"0.5 * {_place(H)} * {_place(V)}"
-    return _compose_path_laws(move, f"{_place(EVEN + 1)} += {{call}}")
+    return _compose_path_laws("add", move, f"{_place(EVEN + 1)} += {{call}}")
 
 
 def compose_path_following() -> Callable[..., Any]:
     """Return follow(p, width), which keeps the forces behind a step of every lane."""
     move = f"{_place(X)} - {_place(X_BEFORE)}"
-    return _compose_path_laws(move, "p[(first + {n}) * width + i] = {call}")
+    return _compose_path_laws("follow", move, "p[(first + {n}) * width + i] = {call}")
 
 
-def _compose_path_laws(move: str, use: str) -> Callable[..., Any]:
-    """Return the function that asks the laws of path forces.
+def _compose_path_laws(name: str, move: str, use: str) -> Callable[..., Any]:
+    """Return the function of this name that asks the laws of path forces.
 
     move: text of the move, which row MOVE keeps: a loop that does less is unrolled before the
         compiler can compute lanes side by side.
-    use: what becomes of a law's call, the n-th.
+    use: text of what becomes of a law's call; {call} is the call, {n} the number of the law among
+        the path forces.
     """
     effects = list_effects(Form.PATH_FORCE, EVERYWHERE)
     text = [f"first = {PATH}"]
     for n, ((k, _), call) in enumerate(zip(effects, call_path_laws(effects), strict=True)):
         lines = [f"move = {move}", f"{_place(MOVE)} = move", use.format(n=n, call=call)]
         text += _loop_if_on(k, lines)
-    return compile_text("follow", "p, width", text, _collect_laws(effects))
+    return compile_text(name, "p, width", text, _collect_laws(effects))
 
 
 def compose_drive_rows() -> Callable[..., Any]:

@@ -1,7 +1,8 @@
 """Run the compiled passes; the only place where time advances.
 
 `filter_command` runs command and drive once over a stretch and gives the force before the gain;
-`integrate_lanes` integrates the motion, many lanes side by side (`motion.py`, `stick_slip.py`);
+`integrate_lanes` integrates the motion, many lanes side by side (`motion.py`, `stages.py`,
+`stick_slip.py`);
 the sensor's effects turn true states into measured states (`sensors.py`). A lane is a run. Lanes
 are packed in blocks of constant width (`block.py`); a lane gives the same bits in any width, for
 nothing here depends on its neighbours.

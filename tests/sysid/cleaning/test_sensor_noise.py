@@ -1,7 +1,10 @@
 """The noise of a sensor is measured, not how the motion bends where the command steps."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.linalg import expm, solve_discrete_are
 
 from pendulum_sysid.cleaning.sensor_noise import measure_noise
 from pendulum_sysid.cleaning.smooth_state import smooth_state
@@ -55,21 +58,47 @@ def test_at_25_hz_the_noise_is_no_more_than_twice_too_large() -> None:
     assert DEVIATION < measure_noise(signals.cart, signals.cart_valid, signals) < 2 * DEVIATION
 
 
-@pytest.mark.parametrize("gain", [20.0, 60.0])
-def test_noise_that_a_controller_feeds_back_counts_as_noise(gain: float) -> None:
-    """The command holds the position's noise, and so would explain it over short times."""
-    random, period_s = np.random.default_rng(8), 0.01
-    x = v = before = 0.0
-    command, read = np.empty(3000), np.empty(3000)
+@pytest.mark.parametrize("period_s", [0.01, 0.02])
+def test_noise_that_a_controller_feeds_back_counts_as_noise(period_s: float) -> None:
+    """Balancing, the command holds the angle's noise, and so would explain it over short times."""
+    motion = np.array([[0.0, 0, 1, 0], [0, 0, 0, 1], [0, -1.0, -3.0, 0], [0, 40.0, 6.0, -0.2]])
+    push = np.array([[0.0], [0.0], [15.0], [-30.0]])
+    whole = np.block([[motion, push], [np.zeros((1, 5))]])
+    step = expm(period_s * whole)
+    moved, pushed = step[:4, :4], step[:4, 4:]
+    weights = np.diag([10.0, 10.0, 0.1, 0.1]), np.array([[10.0]])
+    ahead = solve_discrete_are(moved, pushed, *weights)
+    gains = np.linalg.solve(weights[1] + pushed.T @ ahead @ pushed, pushed.T @ ahead @ moved)[0]
+    random, state, before = np.random.default_rng(8), np.zeros(4), np.zeros(2)
+    command, read = np.empty(3000), np.empty((3000, 2))
     for k in range(3000):
-        read[k] = x + random.normal(0.0, DEVIATION)
-        wanted = 0.1 * np.sign(np.sin(2.0 * np.pi * k / 500))
-        command[k] = gain * (wanted - read[k]) - 0.03 * gain * (read[k] - before) / period_s
+        read[k] = state[:2] + random.normal(0.0, [DEVIATION, 10 * DEVIATION])
+        command[k] = -gains @ np.concatenate([read[k], (read[k] - before) / period_s])
         before = read[k]
-        x, v = x + period_s * v + 0.5 * period_s**2 * command[k], v + period_s * command[k]
+        state = moved @ state + pushed[:, 0] * command[k]
     every = np.ones(3000, dtype=bool)
-    signals = Signals(period_s, command, read, None, every, every)
-    assert measure_noise(read, every, signals) == pytest.approx(DEVIATION, rel=0.15)
+    signals = Signals(period_s, command, read[:, 0], read[:, 1], every, every)
+    for values, deviation in zip(read.T, (DEVIATION, 10 * DEVIATION), strict=True):
+        assert measure_noise(values, every, signals) == pytest.approx(deviation, rel=0.12)
+
+
+def test_bends_of_interpolated_samples_count_as_noise() -> None:
+    signals = record(0.02, 0.0)
+    taken, between = (
+        measure_noise(np.array(s.cart), s.cart_valid, s)
+        for s in (signals, replace(signals, interpolated=True))
+    )
+    assert between > 2 * taken
+
+
+def test_recordings_whose_zeros_lie_apart_by_a_part_of_a_step_have_one_step() -> None:
+    step = 1.5e-3
+    slow = 0.02 * np.sin(0.5 * 0.01 * np.arange(1000))
+    values = np.concatenate([step * np.round(slow / step) + 0.3 * k * step for k in range(4)])
+    every = np.ones(len(values), dtype=bool)
+    begins = (0, 1000, 2000, 3000)
+    signals = Signals(0.01, np.zeros(len(values)), values, None, every, every, begins)
+    assert measure_noise(values, every, signals) == pytest.approx(step / np.sqrt(12), rel=0.1)
 
 
 def test_without_a_step_of_the_command_bends_are_taken_for_noise() -> None:

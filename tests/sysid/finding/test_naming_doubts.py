@@ -171,6 +171,17 @@ def test_a_drag_as_wide_as_the_rail_is_at_no_place(widest: float, there: bool) -
     assert is_surely_there(make_fit(ABOVE, patch), "rail_drag_patch", SCALES) is there
 
 
+@pytest.mark.parametrize(("low", "high", "there"), [(-5.25, 4.94, False), (1.2, 2.7, True)])
+def test_a_wave_that_may_have_any_phase_is_not_there(low: float, high: float, there: bool) -> None:
+    """A third of a recording had a pulley off its axis, which no other part of it has."""
+    pulley = {
+        "eccentric_pulley.ratio": Estimate(0.0101, 0.00378, 0.0196),
+        "eccentric_pulley.period_m": Estimate(0.231, 0.138, 0.277),
+        "eccentric_pulley.phase_rad": Estimate(1.95, low, high),
+    }
+    assert is_surely_there(make_fit(ABOVE, pulley), "eccentric_pulley", SCALES) is there
+
+
 @pytest.mark.parametrize(("high", "there"), [(1e6, False), (1.1, True)])
 def test_a_friction_that_may_never_level_off_is_not_there(high: float, there: bool) -> None:
     """Beside a law of the cart's speed any limit did: 0.81 N [0, 1e6] was a sure name."""

@@ -23,6 +23,7 @@ from pendulum_sysid.measuring.formula_fit import ShapeParameter
 from pendulum_sysid.measuring.further_law import fit_longer
 from pendulum_sysid.measuring.measure import (
     begin_without_laws,
+    fit_without_laws,
     measure_laws,
 )
 from pendulum_sysid.measuring.names_beside_laws import (
@@ -339,6 +340,20 @@ def test_a_formula_that_the_recording_does_not_fix_is_none():
     if named.shape is not None:
         sure = np.abs(named.shape.values) > 1.96 * named.shape.deviations
         assert sure[1 : len(named.shape.shape.factors)].any()
+
+
+def test_laws_begin_over_whole_windows_where_short_windows_show_nothing():
+    """A fit without a law is compared with fits over the same horizon."""
+    case, split = prepare_with({})
+    start = fit_own_parameters(case, split)
+    begun = begin_without_laws(case, split, start)
+    assert begun.fit.pieces == HORIZONS[-1]
+    wrong = replace(start, theta=make_theta(RIG), effects=())
+    longer = fit_without_laws(case, split, wrong, HORIZONS[0])
+    assert longer.fit.pieces == HORIZONS[0]
+    case, split = prepare_with({"cart_force_by_position": LAWS["cart_force_by_position"]})
+    far = begin_without_laws(case, split, fit_own_parameters(case, split))
+    assert far.fit.pieces == HORIZONS[0] and far.fit.choose > 1.1
 
 
 def test_a_formula_of_which_nothing_fixes_a_parameter_is_none():

@@ -7,8 +7,6 @@ up to its size, which least squares gives.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from pendulum_sysid.cleaning.smoothing import (
@@ -26,9 +24,11 @@ from pendulum_twin.signals import Signals
 
 HALVES = (3, *HALF_LENGTHS)  # a shorter length smooths too little, and misses the motion least
 LATEST = 2  # samples; by which a drive may answer late
-# To either side of the polynomials beside which bends are sized: over shorter times the noise that
-# a controller feeds back into its command would count as a bend.
-SIZED_S = 0.16
+# Bends are sized beside polynomials that reach this far to either side, s: over shorter times the
+# noise that a controller feeds back into its command explains the noise of the position.
+SIZED_S = 0.5
+SAMPLES_A_SIZE = 30  # of a bend: fewer leave its size to the noise
+ROUNDED = 1e-9  # of the range; smaller differences are those of numbers in a file
 
 
 def measure_noise(values: Floats, valid: Mask, signals: Signals) -> float:
@@ -38,47 +38,54 @@ def measure_noise(values: Floats, valid: Mask, signals: Signals) -> float:
     valid: (n,) False where a sample says nothing of the noise.
 
     What is left is the scatter about the polynomials whose leave-one-out error is the least, as in
-    `smoothing.smooth`, or a rounding to the encoder's step, whichever is larger. Samples that were
-    interpolated are off where the motion bends: bends count as noise there.
+    `smoothing.smooth`, or a rounding to the encoder's step, whichever is larger. Bends count as
+    noise where samples were interpolated, for these are off there; where samples come so fast that
+    no polynomial reaches `SIZED_S`, they count, too, and are small.
     """
     inside = count_to_end(signals.stretches)
     lengths = HALF_LENGTHS if signals.interpolated else HALVES
     halves = list_halves(lengths, valid, signals.stretches)
-    straight = values - _size_bends(values, valid, signals, halves)
+    bent, spent = _size_bends(values, valid, signals)
     scatters = [
-        measure_scatter(compute_residuals(straight, half), valid & (inside >= half), half)
+        measure_scatter(compute_residuals(values - bent, half), valid & (inside >= half), half)
         for half in halves
     ]
     best = min(scatters, key=lambda scatter: scatter.left_out)
-    return max(best.deviation, _measure_rounding(values[valid]))
+    count = int(valid.sum())
+    kept = np.sqrt(count / (count - spent)) if spent else 1.0
+    return max(best.deviation * kept, _measure_rounding(values, valid, signals))
 
 
-def _size_bends(
-    values: Floats, valid: Mask, signals: Signals, halves: Sequence[int]
-) -> Floats | float:
-    """Return the motion (n,) whose bends fit those of values best; 0 where no bend is known.
+def _size_bends(values: Floats, valid: Mask, signals: Signals) -> tuple[Floats | float, int]:
+    """Return the motion (n,) whose bends fit those of values best, and how many sizes it has.
 
-    halves: lengths of polynomials that the stretches hold.
+    0 and 0 where no bend is known. A drive answers at once, or a sample late, or two.
     """
     motions = _list_pushed_motions(signals)
-    half = max([h for h in halves if h * signals.period_s <= SIZED_S], default=halves[0])
+    half = max([h for h in HALVES if h * signals.period_s <= SIZED_S], default=0)
     counts = valid & (count_to_end(signals.stretches) >= half)
-    if not motions or counts.sum() <= 2 * len(motions):
-        return 0.0
-    bends = np.array([compute_residuals(motion, half)[counts] for motion in motions])
-    scales = np.maximum(np.linalg.norm(bends, axis=1), np.finfo(float).tiny)
+    reaches = HALVES[-1] * signals.period_s >= SIZED_S
+    if not (reaches and half and motions) or counts.sum() < SAMPLES_A_SIZE * len(motions):
+        return 0.0, 0
     wanted = compute_residuals(values, half)[counts]
-    sizes = np.linalg.lstsq((bends / scales[:, None]).T, wanted, rcond=1e-9)[0]
-    return np.asarray((sizes / scales) @ np.array(motions))
+    tries = []
+    for late in range(LATEST + 1):
+        moved = [_move_later(motion, late) for motion in motions]
+        bends = np.array([compute_residuals(motion, half)[counts] for motion in moved])
+        scales = np.maximum(np.linalg.norm(bends, axis=1), np.finfo(float).tiny)
+        sizes = np.linalg.lstsq((bends / scales[:, None]).T, wanted, rcond=1e-9)[0]
+        left = float(np.sum((wanted - (sizes / scales) @ bends) ** 2))
+        tries.append((left, np.asarray((sizes / scales) @ np.array(moved))))
+    return min(tries, key=lambda tried: tried[0])[1], len(motions)
 
 
 def _list_pushed_motions(signals: Signals) -> list[Floats]:
     """Return motions (n,) of joints that the command alone pushes, of any size.
 
     None without a command, and none where samples were interpolated.
-    The push of the cart, and its share across the pole; at once, or late, or through a lag. The
-    share is that of the angle at each step of the command: the command times the cosine would hold
-    the angle's noise, and explain it.
+
+    The push of the cart, and its share across the pole: by the angle at each step of the command,
+    for the command times the cosine would hold the angle's noise, and explain it.
     """
     command = signals.command - np.mean(signals.command)
     if signals.interpolated or not command.any():
@@ -87,22 +94,35 @@ def _list_pushed_motions(signals: Signals) -> list[Floats]:
     if signals.pole is not None:
         steps = np.diff(command, prepend=command[0])
         pushes.append(np.cumsum(steps * np.cos(signals.pole)))
-    motions = []
-    for push in pushes:
-        speed = np.concatenate([[0.0], np.cumsum(push[:-1])])
-        place = np.concatenate([[0.0], np.cumsum(speed[:-1] + 0.5 * push[:-1])])
-        late = [np.concatenate([np.zeros(k), place[: len(place) - k]]) for k in range(LATEST + 1)]
-        motions += [*late, np.concatenate([[0.0], np.cumsum(place[:-1])])]
-    return motions
+    return [_integrate_twice(push) for push in pushes]
 
 
-def _measure_rounding(values: Floats) -> float:
+def _integrate_twice(push: Floats) -> Floats:
+    """Return where a push (n,), held from sample to sample, takes a free mass, (n,)."""
+    speed = np.concatenate([[0.0], np.cumsum(push[:-1])])
+    return np.concatenate([[0.0], np.cumsum(speed[:-1] + 0.5 * push[:-1])])
+
+
+def _move_later(motion: Floats, samples: int) -> Floats:
+    """Return a motion (n,) so many samples later."""
+    return np.concatenate([np.zeros(samples), motion[: len(motion) - samples]])
+
+
+def _measure_rounding(values: Floats, valid: Mask, signals: Signals) -> float:
     """Return the deviation of rounding to the smallest step that occurs often among all values.
 
-    Equal readings of several turns differ by the rounding of numbers, which is no step.
+    values, valid: as of `measure_noise`. The median of the stretches counts: the zeros of two
+    recordings may lie apart by a part of a step. Equal readings of several turns differ by the
+    rounding of numbers, which is no step.
     """
+    steps = [_measure_step(values[s][valid[s]]) for s in signals.stretches if valid[s].any()]
+    return float(np.median(steps)) / np.sqrt(12.0) if steps else LEAST_NOISE
+
+
+def _measure_step(values: Floats) -> float:
+    """Return the smallest difference that occurs often among the values (n,) of a stretch."""
     steps = np.diff(np.sort(values))
-    steps = steps[steps > LEAST_NOISE]
+    steps = steps[steps > ROUNDED * max(float(np.ptp(values)), LEAST_NOISE)]
     if len(steps) < FEWEST_STEPS:
         return LEAST_NOISE
-    return float(np.quantile(steps, SMALLEST_STEP_QUANTILE)) / np.sqrt(12.0)
+    return float(np.quantile(steps, SMALLEST_STEP_QUANTILE))

@@ -21,7 +21,8 @@ class SmoothState:
         the sensors show them; 0 for a joint that the recording lacks.
     accelerations: (n, 2) of cart (m/s^2) and pole (rad/s^2).
     noise: standard deviation of each sensor's noise.
-    deviations: (4,) standard deviation of each smoothed state, as rounded at kinks of the motion.
+    deviations: (4,) standard deviation of each smoothed state, which counts kinks of the motion
+        as noise.
     """
 
     states: Floats

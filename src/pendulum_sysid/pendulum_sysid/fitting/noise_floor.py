@@ -80,7 +80,7 @@ def is_at_noise(case: Case, split: Split, fit: Fit, floor: NoiseFloor | None) ->
     if floor is None or fit.choose > decisions.MISFIT_AT_NOISE:
         return False
     held_out = run_windows(replace(case, twin=fit.twin), split.held_out)
-    return held_out.typical <= decisions.MISFIT_AT_NOISE * floor.typical
+    return held_out.typical <= decisions.FLOORS_AT_NOISE * floor.typical
 
 
 def _replay_perfect(

@@ -39,7 +39,7 @@ def leave_out_unexplained(case: Case, theta: Floats) -> Case:
         return case
     seen = follow_windows(case, theta, windows)
     far = seen.power > decisions.COMMAND_MOST_TYPICAL
-    if seen.typical > decisions.MISFIT_AT_NOISE**2 or not far.any():
+    if seen.typical > decisions.COMMAND_TYPICAL_AT_NOISE or not far.any():
         return case
     if np.mean(far) > decisions.COMMAND_MOST_UNEXPLAINED:
         return case

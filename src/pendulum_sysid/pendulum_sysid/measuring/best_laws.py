@@ -108,9 +108,9 @@ def is_better(
     """Return whether the fit with fewer effects is the better of two with laws.
 
     A fit at the noise is better than a fit above the noise. Otherwise whole windows decide: over
-    the short windows that laws are fitted to, an error that adds up counts little (a law in place
-    of dry friction creeps from rest). Where neither fit is really ahead, the fit with fewer laws
-    stays at the noise. Above the noise names stay, and other effects go.
+    the short windows that laws are fitted to as a rule, an error that adds up counts little (a
+    law in place of dry friction creeps from rest). Where neither fit is really ahead, the fit with
+    fewer laws stays at the noise. Above the noise names stay, and other effects go.
 
     names: effects that are names; those that the simple fit lacks count.
     cancelled: effects that take each other back; each counts as a law.

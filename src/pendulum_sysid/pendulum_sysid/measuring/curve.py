@@ -186,7 +186,8 @@ def list_curves(case: Case, theta: Floats, effects: tuple[str, ...]) -> list[Cur
     effects: of the twin; dry friction among them may also become less along a curve.
     """
     here, shaft_turn = compute_motion(case, theta), find_shaft_turn(case.signals)
-    fades, curves = is_fading(here), []
+    fades = is_fading(here, case.signals.command, case.state.deviations[2:])
+    curves = []
     for kind in KINDS:
         if _is_possible(case, kind) and not (fades and kind.variable is Variable.TIME):
             seen = _list_places(case, here, kind.variable)

@@ -14,11 +14,18 @@ from pendulum_sysid.finding.localisation.balance import Motion
 from pendulum_twin.arrays import Floats
 
 
-def is_fading(motion: Motion) -> bool:
-    """Return whether nothing drives the rig, and every joint that moves does so less and less."""
-    speeds = [speed for speed in (motion.v, motion.w) if np.any(speed)]
-    driven = bool(np.any(motion.u))
-    return bool(speeds) and not driven and all(_is_falling(speed) for speed in speeds)
+def is_fading(motion: Motion, command: Floats, deviations: Floats) -> bool:
+    """Return whether nothing drives the rig, and every joint that moves does so less and less.
+
+    command: (n,) of the recording.
+    deviations: (2,) of the measured speeds, m/s and rad/s: a joint at rest is no faster.
+    """
+    speeds = [
+        speed
+        for speed, deviation in zip((motion.v, motion.w), deviations, strict=True)
+        if np.sqrt(np.mean(speed**2)) > decisions.MOVING_DEVIATIONS * deviation
+    ]
+    return bool(speeds) and not np.any(command) and all(map(_is_falling, speeds))
 
 
 def _is_falling(speed: Floats) -> bool:

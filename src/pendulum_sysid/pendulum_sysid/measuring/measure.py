@@ -173,7 +173,8 @@ def drop_needless(measured: Measured, kinds: Sequence[str]) -> Measured:
 def begin_without_laws(case: Case, split: Split, start: Fit) -> LawFit:
     """Return a fit without new laws over the short horizon, where errors stay where they arise.
 
-    Over the long horizon where the short horizon shows no errors: they add up there.
+    Where the short horizon shows no errors, the fit is over the long horizon, where small errors
+    add up.
     """
     begun = fit_without_laws(case, split, start, HORIZONS[0])
     if begun.fit.choose <= decisions.MISFIT_AT_NOISE:

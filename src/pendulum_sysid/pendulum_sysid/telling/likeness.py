@@ -41,7 +41,7 @@ def is_unexplained(findings: Findings) -> bool:
         return False
     typical = after.typical / floor.typical
     far = compute_floor_ratio(findings) > decisions.LITTLE_MOST_FLOORS
-    return bool(far and typical > decisions.MISFIT_AT_NOISE)
+    return bool(far and typical > decisions.FLOORS_AT_NOISE)
 
 
 def compute_floor_ratio(findings: Findings) -> float:

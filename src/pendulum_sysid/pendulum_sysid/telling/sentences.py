@@ -107,7 +107,7 @@ def describe_remaining(findings: Findings) -> str:
 def describe_size(findings: Findings, digits: int = 3) -> str:
     """Return how large the improved twin's error is, in the scale that shows it."""
     floors, whole = compute_floors(findings).after, max(findings.whole_misfits)
-    if floors > decisions.MISFIT_AT_NOISE or whole <= floors:
+    if floors > decisions.FLOORS_AT_NOISE or whole <= floors:
         return f"{format_number(floors, digits)} times the noise floor"
     ratio = f"{format_number(whole, digits)} times the sensors' noise over whole windows"
     return f"{ratio} (the median window is near its noise floor)"

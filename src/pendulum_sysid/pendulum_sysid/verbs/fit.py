@@ -131,7 +131,7 @@ def explain_worse_fit(score: float, floor: float | None) -> str:
     score: of the fitted twin there.
     floor: the score of a perfect model; None where it cannot be measured.
     """
-    if floor is not None and score <= decisions.MISFIT_AT_NOISE * floor:
+    if floor is not None and score <= decisions.FLOORS_AT_NOISE * floor:
         return (
             "the fit is no better on windows it has not seen: the given twin is at the noise "
             "there, so keep it"
