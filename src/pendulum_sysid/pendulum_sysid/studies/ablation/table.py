@@ -54,7 +54,7 @@ def render_tables(chosen: Sequence[Decision], tried: Sequence[Tried]) -> str:
             "how many verdicts (outcome, names of effects and laws) change on "
             f"{len(plain)} kept trial{'s' * (len(plain) != 1)} when the number is {FACTOR:g} "
             "times larger or smaller, or the rule is switched off. A dash: no verdict of these "
-            "trials reads it.",
+            "trials reads it, or it is newer than the table.",
             COLUMNS,
         ),
     ]
