@@ -111,9 +111,10 @@ def run_driven(
             true[lanes] = out
     shown, period_s = true, signals.period_s
     shown[late] = look_back(received[late], true[late], delays[late], period_s, paces[late])
-    shown[lagging] = follow_angle(
-        before[lagging], shown[lagging], lags[lagging], period_s, paces[lagging]
-    )
+    if len(lagging):  # sample by sample, which takes longer than a run
+        shown[lagging] = follow_angle(
+            before[lagging], shown[lagging], lags[lagging], period_s, paces[lagging]
+        )
     times = t[:, None] + signals.period_s * np.arange(samples)
     return apply_sensors(shown, in_time, times, set_of)
 
