@@ -21,6 +21,7 @@ from pendulum_sysid.measuring import names_beside_laws as names_module
 from pendulum_sysid.measuring.curve import Curve, list_curves
 from pendulum_sysid.measuring.formula_fit import ShapeParameter
 from pendulum_sysid.measuring.further_law import fit_longer
+from pendulum_sysid.measuring.law_bands import widen_bands
 from pendulum_sysid.measuring.measure import (
     begin_without_laws,
     fit_without_laws,
@@ -751,9 +752,9 @@ def test_an_effect_has_its_shape_where_a_law_of_its_kind_adds_little(bend, bent)
     assert list_sized(held, ["input_dead_zone"]) == []
 
 
-@pytest.mark.parametrize(("level_n", "bent"), [(0.5, []), (0.06, ["cart_coulomb_friction"])])
-def test_a_level_of_dry_friction_is_a_name_where_the_level_hardly_varies(level_n, bent):
-    """The level varies by 0.05 N, twice a turn of the pole."""
+@functools.cache
+def measure_beside_level(level_n):
+    """Return the law beside a level of dry friction that varies by 0.05 N, twice a turn."""
     turn = spread_turn(24)
     level = {"cart_coulomb_friction": {"level_n": level_n}}
     wave = {"cart_dry_friction_by_angle": Law(tuple(turn), tuple(0.05 * np.cos(2 * turn)))}
@@ -766,6 +767,20 @@ def test_a_level_of_dry_friction_is_a_name_where_the_level_hardly_varies(level_n
     )
     held = measure_laws(case, split, begun, lambda line: None)
     assert held is not None and held.kinds == ("cart_dry_friction_by_angle",)
+    return held
+
+
+@pytest.mark.parametrize(("level_n", "bent"), [(0.5, []), (0.06, ["cart_coulomb_friction"])])
+def test_a_level_of_dry_friction_is_a_name_where_the_level_hardly_varies(level_n, bent):
+    assert list_bent(measure_beside_level(level_n), ["cart_coulomb_friction"]) == bent
+
+
+@pytest.mark.parametrize(("band_n", "bent"), [(0.01, ["cart_coulomb_friction"]), (0.05, [])])
+def test_a_law_within_its_band_bends_no_level_of_friction(band_n, bent, monkeypatch):
+    """A curve of +-0.05 N that is known to 0.05 N may be no curve; the level of 0.06 N stays."""
+    held = measure_beside_level(0.06)
+    wide = [replace(law, band=np.full(len(law.values), band_n)) for law in widen_bands(held)]
+    monkeypatch.setattr(names_module, "widen_bands", lambda measured: wide)
     assert list_bent(held, ["cart_coulomb_friction"]) == bent
 
 

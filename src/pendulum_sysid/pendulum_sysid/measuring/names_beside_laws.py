@@ -13,6 +13,7 @@ from pendulum_sysid.finding.judge import compute_lead
 from pendulum_sysid.measuring.curve import LEVELS, PARTS, Curve
 from pendulum_sysid.measuring.further_law import fit_longer
 from pendulum_sysid.measuring.halves import is_seen_in_halves
+from pendulum_sysid.measuring.law_bands import widen_bands
 from pendulum_sysid.measuring.measure import Measured
 from pendulum_sysid.measuring.penalised_fit import LawFit, fit_laws
 from pendulum_sysid.measuring.ranking import step_to_curves
@@ -195,18 +196,31 @@ def list_bent(measured: Measured, names: Sequence[str]) -> list[str]:
     A law of an effect's kind holds every shape of the effect: what the law adds is what the shape
     is off, and its force may have SHAPE_TOLERANCE of the power of the effect's force. A law of dry
     friction varies the level that a friction has everywhere, by up to STEADY_SHARE of the level.
+    The level is there whatever the law may be, so only what the law surely adds counts: its values
+    as far as they lie beyond their band.
     """
-    theta = measured.law_fit.fit.theta
     beside = [
-        (name, curve)
-        for curve in measured.law_fit.curves
+        (name, law)
+        for law in widen_bands(measured)
         for name in names
-        if _may_bend(curve, name)
+        if _may_bend(law.curve, name)
     ]
     if not beside:
         return []
-    forces = EffectForces(measured.case, theta)
-    return [name for name, curve in beside if _is_bent(forces, curve, name, theta)]
+    theta = measured.named[0].theta
+    forces, bent = EffectForces(measured.case, theta), []
+    for name, law in beside:
+        sure = theta.copy()
+        if not is_of_kind(law.curve, name):
+            law.curve.put(sure, _shrink(law.values, law.band))
+        if _is_bent(forces, law.curve, name, sure):
+            bent.append(name)
+    return bent
+
+
+def _shrink(values: Floats, band: Floats) -> Floats:
+    """Return values (knots,) moved to 0 by their band (knots,), and not beyond."""
+    return np.sign(values) * np.maximum(np.abs(values) - band, 0.0)
 
 
 def _may_bend(curve: Curve, name: str) -> bool:
