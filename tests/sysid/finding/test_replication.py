@@ -15,6 +15,7 @@ from pendulum_sysid.finding.replication import (
     compute_spreads,
     divide_recordings,
     estimate_blocks,
+    group_recordings,
     join_intervals,
     replicate_effects,
     widen_intervals,
@@ -116,6 +117,18 @@ def test_many_recordings_are_asked_in_thirds_of_the_recordings_and_one_in_thirds
     recording = replace(recording, signals=recording.signals.break_at([1000]))
     broken = replace(prepared.case, recording=recording)
     assert [len(p) for p in divide_recordings(broken, prepared.split, fitted)] == sizes
+
+
+def test_a_recording_without_learning_windows_keeps_its_number() -> None:
+    """The recordings after it were numbered as if it were not there."""
+    recordings = [made(INTECO, 6.0, 0.2, seed) for seed in range(4)]
+    prepared = prepare(recordings, INTECO)
+    case, split = prepared.case, prepared.split
+    second = split.learn.begin // len(recordings[0].signals) == 1
+    less = replace(split, train=split.learn.pick(~second), choose=split.learn.pick([]))
+    groups = group_recordings(case, less)
+    assert [group.numbers for group in groups] == [range(1, 2), range(3, 4), range(4, 5)]
+    assert sorted(np.concatenate([group.windows for group in groups])) == [*range(len(less.learn))]
 
 
 def make_system(columns: np.ndarray, errors: np.ndarray) -> System:

@@ -1,5 +1,8 @@
 """Best subsets find effects that help only together, and nothing where nothing is missing."""
 
+from dataclasses import replace
+
+import numpy as np
 from support.hidden_physics import HIDDEN, INTECO, record_hidden
 
 from pendulum_sysid import decisions
@@ -9,7 +12,8 @@ from pendulum_sysid.fitting.fit import HORIZONS, fit
 from pendulum_sysid.prepare import prepare
 from pendulum_sysid.records import Fit
 from pendulum_twin.effects import BY_NAME
-from pendulum_twin.parameter_vector import make_theta
+from pendulum_twin.model import Twin
+from pendulum_twin.parameter_vector import SLOTS, make_theta
 
 DRY_FRICTIONS = {
     "cart_coulomb_friction",
@@ -19,12 +23,12 @@ DRY_FRICTIONS = {
 TOGETHER = ("input_delay", "cart_coulomb_friction", "angle_offset")
 
 
-def search_hidden(names: tuple[str, ...], seed: int) -> tuple[Search, Fit]:
+def search_hidden(names: tuple[str, ...], seed: int, twin: Twin = INTECO) -> tuple[Search, Fit]:
     recording = record_hidden({name: HIDDEN[name] for name in names}, seed, 20.0)[0]
-    prepared = prepare([recording], INTECO)
+    prepared = prepare([recording], twin)
     search = Search(prepared.case, prepared.split)
     theta = make_theta(prepared.case.twin)
-    return search, fit(search.case, search.split, (), theta, HORIZONS[0])
+    return search, fit(search.case, search.split, tuple(twin.effects), theta, HORIZONS[0])
 
 
 def test_several_effects_are_found_at_once_and_their_fit_ends_near_the_noise() -> None:
@@ -42,6 +46,23 @@ def test_no_set_holds_an_effect_beside_an_effect_that_contains_it() -> None:
     for subset in find_subsets(search, base, decisions.SUBSET_EFFECTS):
         for name in subset.effects:
             assert not set(BY_NAME[name].simpler) & set(subset.effects)
+
+
+def test_a_set_takes_the_friction_of_the_given_twin_back_that_its_effect_contains() -> None:
+    """Otherwise the level of the friction would act twice."""
+    known = {"cart_coulomb_friction": {"level_n": 0.2}}
+    search, base = search_hidden(
+        ("cart_stribeck_friction", "input_delay"), 6, replace(INTECO, effects=known)
+    )
+    wider = [
+        subset
+        for subset in find_subsets(search, base, decisions.SUBSET_EFFECTS)
+        if any("cart_coulomb_friction" in BY_NAME[name].simpler for name in subset.effects)
+    ]
+    assert wider
+    for subset in wider:
+        assert "cart_coulomb_friction" not in subset.effects
+        assert np.all(subset.theta[SLOTS["cart_coulomb_friction"]] == 0.0)
 
 
 def test_where_nothing_is_missing_no_set_gains_much() -> None:

@@ -48,6 +48,15 @@ def test_a_narrow_spread_keeps_a_wrong_value_and_a_wide_spread_gives_way() -> No
     assert fitted[1e-2].pole_inertia_kg_m2 == pytest.approx(0.00292, rel=2e-2)
 
 
+def test_a_fitted_twin_keeps_what_is_known_and_forgets_what_was_believed() -> None:
+    """A belief that has gone into a fit would count twice in the next fit."""
+    twin = give_spreads(INTECO, pole_inertia_kg_m2=1e-4).hold(["pole_viscous_n_m_s"])
+    prepared = prepare([made(INTECO, 20.0, 0.2)], twin)
+    fitted = fit_own_parameters(prepared.case, prepared.split).twin
+    assert fitted.spreads == {"pole_viscous_n_m_s": 0.0}
+    assert fitted.rig.pole_viscous_n_m_s == INTECO.rig.pole_viscous_n_m_s
+
+
 def test_a_heavier_cart_is_said_and_not_a_pole_that_a_ruler_contradicts() -> None:
     verdict = diagnose(made(HEAVY, 20.0, 0.45), INTECO)
     (constant,) = [warning for warning in verdict.warnings if "instead of" in warning]

@@ -275,12 +275,11 @@ def test_a_constant_that_the_diagnosis_held_stays_known(
 ) -> None:
     """The fit of what a verdict names changed constants that `diagnose --hold` had kept."""
     asked = files(tmp_path, DELAY, SLOW)
-    save_twin(DELAY.hold(["pole_viscous_n_m_s"]), tmp_path / "twin.yaml")
-    names = [{"effect": "input_delay", "cannot_be_told_from": []}]
-    verdict = {"schema": "pendulum_verdict/1", "outcome": "named", "missing_physics": names}
-    (tmp_path / "verdict.json").write_text(json.dumps(verdict))
-    words = ["--verdict", str(tmp_path / "verdict.json"), "--seconds", "12", "--for", "interval"]
-    assert main(["next", *asked, *words]) == 0
+    held = ["--hold", "pole_viscous_n_m_s", "--out", str(tmp_path / "told")]
+    assert main(["--quiet", "diagnose", *asked[: asked.index("--out")], *held]) == 0
+    capsys.readouterr()
+    verdict = ["--verdict", str(tmp_path / "told" / "verdict.json")]
+    assert main(["next", *asked, *verdict, "--seconds", "12", "--for", "interval"]) == 0
     assert "pole_viscous_n_m_s" not in capsys.readouterr().out
 
 

@@ -104,7 +104,7 @@ def find_change(case: Case, split: Split, answer: Answer) -> ChangedRig | None:
     """
     best = answer.best
     parts = group_recordings(case, split)
-    enough = len(parts) > 1 and min(len(part) for part in parts) >= len(PATTERN)
+    enough = len(parts) > 1 and min(len(part.windows) for part in parts) >= len(PATTERN)
     if not enough:
         return None
     is_hidden = best.choose <= decisions.MISFIT_AT_NOISE
@@ -113,11 +113,11 @@ def find_change(case: Case, split: Split, answer: Answer) -> ChangedRig | None:
         return None
     for together in _list_beginnings(case, answer):
         pieces = HORIZONS[-1] if is_hidden else together.pieces
-        every = (_fit_part(case, split, together, part, pieces) for part in parts)
+        every = (_fit_part(case, split, together, part.windows, pieces) for part in parts)
         fits = list(takewhile(lambda own: own.choose <= decisions.MISFIT_AT_NOISE, every))
         if len(fits) == len(parts):
             sizes = _list_sizes(case, together, fits)
-            numbers, misfit = _number_recordings(case, len(parts)), max(f.choose for f in fits)
+            numbers, misfit = tuple(p.numbers for p in parts), max(f.choose for f in fits)
             change = ChangedRig(numbers, together.effects, misfit, left, sizes)
             return change if change.changed else None
     return None
@@ -176,15 +176,6 @@ def _fit_part(case: Case, split: Split, together: Fit, part: Ints, pieces: int) 
     if pieces != together.pieces:
         alone = fit_over_horizon(case, own, alone, pieces)
     return widen_intervals(case, own, alone)
-
-
-def _number_recordings(case: Case, parts: int) -> tuple[range, ...]:
-    """Return the numbers of the recordings of each part."""
-    signals = case.signals
-    assert signals.after_s is not None
-    count = len(np.unique(np.round(np.array(signals.after_s) / signals.period_s)))
-    groups = np.array_split(np.arange(1, count + 1), parts)
-    return tuple(range(int(group[0]), int(group[-1]) + 1) for group in groups)
 
 
 def _list_sizes(case: Case, together: Fit, fits: Sequence[Fit]) -> tuple[SizeByPart, ...]:

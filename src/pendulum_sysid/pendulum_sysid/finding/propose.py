@@ -141,13 +141,12 @@ def _make_proposal(
     normal, gradient = system.normal, system.gradient
     own = max(float(normal[column, column] - normal[column, fitted] @ follow), 1e-300)
     slope = float(gradient[column] - gradient[fitted] @ follow)
-    sizes = [p for p in effect.parameters if not p.shape]
-    most = decisions.LARGEST_STEP
-    least = 0.0 if not sizes or any(p.low >= 0.0 for p in sizes) else -most
-    step = float(np.clip(slope / own, least, most if sizes else 1.0))
+    has_sizes = any(not parameter.shape for parameter in effect.parameters)
+    most = decisions.LARGEST_STEP if has_sizes else 1.0
+    step = float(np.clip(slope / own, find_least_step(effect), most))
     gain = step * slope - 0.5 * step**2 * own
     start = theta.copy()
-    if not list_replaced(effect, fit.effects) and not effect.read_off:
+    if _may_move(effect, fit.effects):
         _move(start, effect, step)
         for parameter, change in zip(free, -follow * step, strict=True):
             value = parameter.get(fit.theta) + change * parameter.size
@@ -159,6 +158,17 @@ def _make_proposal(
     return Proposal(effect.name, put_effect(effect, fit.effects), starts, gain)
 
 
+def find_least_step(effect: Effect) -> float:
+    """Return how far a fit may go along a probe's opposite: not at all where sizes have a sign."""
+    sizes = [p for p in effect.parameters if not p.shape]
+    return 0.0 if not sizes or any(p.low >= 0.0 for p in sizes) else -decisions.LARGEST_STEP
+
+
+def _may_move(effect: Effect, known: Sequence[str]) -> bool:
+    """Return whether a step may scale an effect's probe: not in the place of a known effect."""
+    return not list_replaced(effect, known) and not effect.read_off
+
+
 def _move(theta: Floats, effect: Effect, step: float) -> None:
     """Scale an effect's sizes in theta (SIZE,) by a step from where it vanishes, within bounds."""
     for slot, parameter in enumerate(effect.parameters, SLOTS[effect.name].start):
@@ -167,13 +177,18 @@ def _move(theta: Floats, effect: Effect, step: float) -> None:
             theta[slot] = np.clip(value, parameter.low, parameter.high)
 
 
-def move_along(theta: Floats, effect: Effect, target: Floats, step: float) -> None:
+def move_along(
+    theta: Floats, effect: Effect, target: Floats, step: float, known: Sequence[str]
+) -> None:
     """Give theta (SIZE,) an effect as a probe has it, its sizes scaled by a step.
 
     target: (SIZE,) parameter vector of the probe.
+    known: effects that theta holds; those that the effect contains leave theta.
     """
     theta[SLOTS[effect.name]] = target[SLOTS[effect.name]]
-    if not effect.read_off:
+    for name in list_replaced(effect, known):
+        theta[SLOTS[name]] = target[SLOTS[name]]
+    if _may_move(effect, known):
         _move(theta, effect, step)
 
 

@@ -96,6 +96,18 @@ class Replication:
         return f"{self.shown} of {self.possible}"
 
 
+@dataclass(frozen=True)
+class RecordingGroup:
+    """Hold recordings in a row.
+
+    numbers: of the recordings, from 1, in the order in which they were given.
+    windows: (k,) their learning windows, as rows of the split's.
+    """
+
+    numbers: range
+    windows: Ints
+
+
 def replicate_effects(case: Case, split: Split, fit: Fit) -> dict[str, Replication]:
     """Return for each effect with a size how often it is found again in parts of the windows.
 
@@ -129,22 +141,32 @@ def divide_recordings(case: Case, split: Split, fit: Fit) -> list[Ints]:
     Each recording is a part, for what its own day or plan brings cannot be found again in another.
     A single recording is thirds of its time.
     """
-    wholes = group_recordings(case, split)
+    wholes = [group.windows for group in group_recordings(case, split)]
     if len(wholes) == 1:
         wholes = np.array_split(wholes[0], min(decisions.REPLICATION_PARTS, len(wholes[0])))
     return [list_pieces(whole, fit.pieces) for whole in wholes]
 
 
-def group_recordings(case: Case, split: Split) -> list[Ints]:
-    """Return the learning windows of each recording, or of thirds of many recordings."""
+def group_recordings(case: Case, split: Split) -> list[RecordingGroup]:
+    """Return each recording with its learning windows, or thirds of many recordings.
+
+    A recording without learning windows is in no group, and counts among the numbers.
+    """
     signals = case.signals
     if signals.after_s is None:
-        return [np.arange(len(split.learn))]
+        return [RecordingGroup(range(1, 2), np.arange(len(split.learn)))]
+    begins = np.round(np.array(signals.after_s) / signals.period_s)
+    number = 1 + np.unique(begins, return_inverse=True)[1]
     stretch = np.searchsorted(signals.stretch_begins, split.learn.begin, side="right") - 1
-    of_window = np.round(np.array(signals.after_s)[stretch] / signals.period_s)
+    of_window = number[stretch]
     recordings = np.unique(of_window)
     groups = np.array_split(recordings, min(len(recordings), decisions.REPLICATION_PARTS))
-    return [np.flatnonzero(np.isin(of_window, group)) for group in groups]
+    return [
+        RecordingGroup(
+            range(int(group[0]), int(group[-1]) + 1), np.flatnonzero(np.isin(of_window, group))
+        )
+        for group in groups
+    ]
 
 
 def _count_shown(neutral: float, value: float, parts: BlockEstimates) -> Replication:

@@ -19,7 +19,12 @@ import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.journal import Search
-from pendulum_sysid.finding.propose import list_probes, move_along
+from pendulum_sysid.finding.propose import (
+    find_least_step,
+    list_probes,
+    move_along,
+    put_effect,
+)
 from pendulum_sysid.fitting.linearised import System, linearise
 from pendulum_sysid.fitting.parameters import Free, list_free_parameters
 from pendulum_sysid.fitting.windows import shorten_windows
@@ -35,7 +40,7 @@ SOLVED_AT_ONCE = 20_000  # sets; bounds the memory
 class Subset:
     """Hold a set of effects that lowers the linearised cost.
 
-    effects: names, those of the fit first.
+    effects: names, those of the fit first that no other effect of the set contains.
     theta: (SIZE,) parameter vector from which a fit of the set starts.
     gains: (blocks,) gain of the log likelihood in each block of time, by a fit to the others.
     """
@@ -183,7 +188,7 @@ def _solve_sets(columns: Columns, sets: Ints) -> tuple[Floats, Floats]:
     own[np.diag_indices_from(own)] *= 1.0 + RIDGE
     own[np.diag_indices_from(own)] += 1e-12
     slope = gradient[n:] - follow.T @ gradient[:n]
-    least = np.array([_find_least_step(effect) for effect in columns.effects])
+    least = np.array([find_least_step(effect) for effect in columns.effects])
     steps = np.concatenate(
         [
             np.linalg.solve(own[part[:, :, None], part[:, None, :]], slope[part][..., None])[
@@ -195,12 +200,6 @@ def _solve_sets(columns: Columns, sets: Ints) -> tuple[Floats, Floats]:
     gains = 0.5 * np.sum(slope[sets] * steps, axis=1)
     possible = (steps >= least[sets]) & (steps <= decisions.LARGEST_STEP)
     return steps, np.where(possible.all(axis=1), gains, 0.0)
-
-
-def _find_least_step(effect: Effect) -> float:
-    """Return how far a fit may go along a probe's opposite: not at all where sizes have a sign."""
-    sizes = [p for p in effect.parameters if not p.shape]
-    return 0.0 if not sizes or any(p.low >= 0.0 for p in sizes) else -decisions.LARGEST_STEP
 
 
 def _pick_distinct(columns: Columns, sets: Ints, order: Ints) -> list[int]:
@@ -266,11 +265,12 @@ def _make_subset(
     normal, gradient = columns.normal, columns.gradient
     wanted = gradient[:n] - normal[:n, n + members] @ steps
     follow = np.linalg.lstsq(normal[:n, :n], wanted, rcond=1e-12)[0]
-    theta = fit.theta.copy()
-    for k, step in zip(members, steps, strict=True):
-        move_along(theta, columns.effects[k], columns.targets[k], float(step))
+    theta, effects = fit.theta.copy(), fit.effects
     for parameter, change in zip(free, follow, strict=True):
         value = parameter.get(fit.theta) + change * parameter.size
         parameter.put(theta, float(np.clip(value, parameter.low, parameter.high)))
-    names = tuple(columns.effects[k].name for k in members)
-    return Subset((*fit.effects, *names), theta, gains)
+    for k, step in zip(members, steps, strict=True):
+        effect = columns.effects[k]
+        move_along(theta, effect, columns.targets[k], float(step), fit.effects)
+        effects = put_effect(effect, effects)
+    return Subset(effects, theta, gains)

@@ -105,7 +105,7 @@ def list_rig_parameters(twin: Twin) -> tuple[Free, ...]:
 def _list_cart_constants(twin: Twin, theta: Floats) -> list[Free]:
     """Return the constants of drive and cart; the mass only where its spread is given."""
     force = theta[FORCE_PER_PWM] or 1.0
-    viscous = max(theta[CART_VISCOUS], 0.1 * theta[0])
+    viscous = max(theta[CART_VISCOUS], 0.1 * theta[MASS])
     constants = [
         _make_constant("force_per_pwm_n", (FORCE_PER_PWM,), force),
         _make_constant("cart_viscous_n_s_m", (CART_VISCOUS,), viscous),
@@ -247,7 +247,9 @@ def make_twin(
 ) -> Twin:
     """Make the twin of a fitted theta: base's rig with its free constants replaced.
 
-    Where no pole of the measured mass moves like that, mass moves from the cart to the pole.
+    Constants that are known stay known; a fitted value has used up what was believed of its
+    constant. Where no pole of the measured mass moves like that, mass moves from the cart to the
+    pole.
 
     theta: (SIZE,) fitted parameter vector.
     effects: names of the effects that the twin holds.
@@ -265,4 +267,5 @@ def make_twin(
             p.name: float(theta[slot.start + k]) for k, p in enumerate(effect.parameters)
         }
     rig = move_mass_to_pole(replace(base.rig, **values))
-    return Twin(base.name, rig, kept, get_laws(theta))
+    known = {name: sd for name, sd in base.spreads.items() if sd == 0.0}
+    return Twin(base.name, rig, kept, get_laws(theta), known)

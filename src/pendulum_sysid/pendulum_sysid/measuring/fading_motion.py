@@ -7,7 +7,6 @@ amplitude, and fails wherever the motion begins otherwise. No such law is asked 
 from __future__ import annotations
 
 import numpy as np
-from scipy.stats import spearmanr
 
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.localisation.balance import Motion
@@ -35,5 +34,7 @@ def _is_falling(speed: Floats) -> bool:
     powers = [np.mean(block**2) for block in np.array_split(speed, decisions.LEAD_BLOCKS)]
     if max(powers) < decisions.FADING_RATIO * min(powers):
         return False
-    rank = spearmanr(np.arange(decisions.LEAD_BLOCKS), powers).statistic
-    return bool(rank <= -decisions.FADING_RANK)
+    ranks = np.argsort(np.argsort(powers))
+    # Spearman's rank correlation, by hand: scipy.stats takes 0.4 s to import
+    correlation = np.corrcoef(np.arange(decisions.LEAD_BLOCKS), ranks)[0, 1]
+    return bool(correlation <= -decisions.FADING_RANK)
