@@ -86,3 +86,9 @@ def test_it_holds_the_defaults_with_meaning_and_range(name: str) -> None:
         assert type(value) is type(default) or isinstance(value, list), key
         assert known[key].metadata["text"] in comments[key], key
         assert span is None or f"{span[0]:g} to {span[1]:g}" in comments[key], key
+
+
+def test_an_example_with_a_rig_elsewhere_takes_samples_beyond_loopback() -> None:
+    elsewhere = [example for example in DriverSettings.EXAMPLES if "rig_host:=" in example]
+    assert elsewhere
+    assert all("listen_host:=" in example for example in elsewhere)

@@ -29,7 +29,8 @@ class DriverSettings:
 
     EXAMPLES: ClassVar[tuple[str, ...]] = (
         "driver_node --ros-args -r __ns:=/rig -p twin:=config/inteco.yaml",
-        "driver_node --ros-args -r __ns:=/rig -p twin:=rig.yaml -p rig_host:=192.168.1.7",
+        "driver_node --ros-args -r __ns:=/rig -p twin:=rig.yaml -p rig_host:=192.168.1.7 "
+        "-p listen_host:=0.0.0.0",
     )
 
     twin: str = make_text_field(
