@@ -18,6 +18,7 @@ from pendulum_sysid.fleet.history import describe_history, read_histories
 from pendulum_sysid.fleet.rows import RIG, Result
 from pendulum_sysid.fleet.store import Store
 from pendulum_sysid.fleet.work import fill_row
+from pendulum_twin.laws.law import Law
 from pendulum_twin.model import load_twin, save_twin
 
 DAYS = np.arange(60.0)
@@ -95,6 +96,27 @@ def test_the_twin_of_today(store: Store, tmp_path: Path, capsys) -> None:
     assert rig.cart_viscous_n_s_m == pytest.approx(1.0, abs=0.02)
     assert rig.force_per_pwm_n == pytest.approx(12.86 - 0.06 * 25, abs=0.1)
     assert rig.cart_mass_kg == INTECO.rig.cart_mass_kg
+
+
+def test_the_twin_of_today_keeps_laws_and_spreads_of_its_twin(tmp_path: Path, capsys) -> None:
+    """A twin without its measured laws is another rig, and one without spreads a guess."""
+    law = Law((-0.4, 0.0, 0.4), (1.0, 0.0, -1.0))
+    nominal = replace(
+        INTECO,
+        measured_laws={"cart_force_by_position": law},
+        spreads={"cart_mass_kg": 0.02, "gravity_m_s2": 0.0},
+    )
+    save_twin(nominal, tmp_path / "twin.yaml")
+    store = Store(str(tmp_path / "store"))
+    store.create()
+    store.write_twin("sha256:0", (tmp_path / "twin.yaml").read_bytes())
+    store.write(draw_history("bench", DAYS[:8], 1))
+    out = tmp_path / "today.yaml"
+    assert main(["fleet", "twin", store.address, "--rig", "bench", "--out", str(out)]) == 0
+    today = load_twin(out)
+    assert today.name == "bench" and today.rig != nominal.rig
+    assert today.measured_laws == nominal.measured_laws
+    assert today.spreads == nominal.spreads
 
 
 def test_a_rig_that_is_unlike_the_others_is_named(store: Store, capsys) -> None:

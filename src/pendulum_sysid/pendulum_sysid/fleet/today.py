@@ -22,8 +22,8 @@ def make_twin_of_today(store: Store, history: History) -> tuple[Twin, dict[str, 
     """Return a rig's twin of today, and the sizes that it has from its recordings.
 
     Effects that a diagnosis named in most recordings since they changed are added; an effect of a
-    recording, and not of the rig (a slip of the encoder), is left out. A size that no recording
-    fixes keeps the value of the twin that the work started from.
+    recording, and not of the rig (a slip of the encoder), is left out. All else is as in the twin
+    that the work started from: sizes that no recording fixes, measured laws, and spreads.
 
     Raises FileError when the rig gave no answer, or its pooled constants are none of a body.
     """
@@ -58,7 +58,7 @@ def make_twin_of_today(store: Store, history: History) -> tuple[Twin, dict[str, 
         effects[name] = neutral | effects[name]
     try:
         rig = replace(twin.rig, **constants)
-        return Twin(f"{history.rig}", rig, effects), used
+        return replace(twin, name=history.rig, rig=rig, effects=effects), used
     except BadInputError as error:
         raise FileError(
             f"{store.address}: expected pooled constants of {history.rig} that a body can have, "
