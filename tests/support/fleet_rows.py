@@ -26,7 +26,10 @@ SIZES = {
 def make_result(
     rig: str, day: float, sizes: dict[str, tuple[float, float, str]], **changes: object
 ) -> Result:
-    """Return the rows of a fit on a day; a size is given as value, standard error and unit."""
+    """Return the rows of a recording on a day, a fit unless `changes` says otherwise.
+
+    sizes: name -> value, standard error and unit; effects are those that a diagnosis named.
+    """
     when = FIRST_DAY + timedelta(days=day)
     digest = str(changes.pop("digest", f"sha256:{rig}{day:012.5f}"))
     content = {
@@ -35,7 +38,7 @@ def make_result(
     } | changes  # fmt: skip
     rows = tuple(
         SizeRow(rig, digest, *split_name(name), unit, value, value - 1.96 * error,
-                value + 1.96 * error)
+                value + 1.96 * error, confidence=1.0 if "." in name else float("nan"))
         for name, (value, error, unit) in sizes.items()
     )  # fmt: skip
     return Result(RecordingRow(rig=rig, time=when, digest=digest, **content), rows)

@@ -147,14 +147,19 @@ def make_history(rig: str, recordings: pd.DataFrame, sizes: pd.DataFrame) -> His
 def _list_series(
     recordings: pd.DataFrame, sizes: pd.DataFrame
 ) -> Iterator[tuple[str, str, str, pd.DataFrame]]:
-    """Yield each size with the rows that fix it, and whether each diagnosis named an effect."""
+    """Yield each size with the rows that fix it, and whether each diagnosis named an effect.
+
+    Whether is asked where the given twin lacks the effect, and as long as the newest one does.
+    """
     sizes = sizes[~sizes["outcome"].isin(UNANSWERED)]
     diagnosed = recordings[recordings["method"] == "diagnose"]
     owners = sorted(set(sizes["owner"]), key=lambda owner: (owner != RIG, owner))
     for owner in owners:
         own = sizes[sizes["owner"] == owner]
-        if owner != RIG and set(own["digest"]) & set(diagnosed["digest"]):
-            yield owner, PRESENCE, "", _make_presence(diagnosed, own)
+        named = own[own["confidence"].notna() & (owner != RIG)]
+        given = diagnosed["digest"].isin(set(own["digest"]) - set(named["digest"]))
+        if diagnosed["digest"].isin(named["digest"]).any() and not given.iloc[-1]:
+            yield owner, PRESENCE, "", _make_presence(diagnosed[~given], named)
         for parameter in dict.fromkeys(own["parameter"]):
             rows = own[(own["parameter"] == parameter) & own["identifiable"]].copy()
             if not parameter:
@@ -171,9 +176,9 @@ def compute_errors(rows: pd.DataFrame) -> Floats:
     return (halves / decisions.INTERVAL_DEVIATIONS).to_numpy(float)
 
 
-def _make_presence(recordings: pd.DataFrame, own: pd.DataFrame) -> pd.DataFrame:
+def _make_presence(recordings: pd.DataFrame, named: pd.DataFrame) -> pd.DataFrame:
     rows = recordings[["time", "path", "digest"]].copy()
-    rows["value"] = recordings["digest"].isin(own["digest"]).astype(float)
+    rows["value"] = recordings["digest"].isin(named["digest"]).astype(float)
     count, n = rows["value"].sum(), len(rows)
     share = (count + 1.0) / (n + 2.0)  # Laplace's, so that it is never 0 or 1
     rows["error"] = np.sqrt(share * (1.0 - share))

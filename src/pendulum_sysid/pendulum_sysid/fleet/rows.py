@@ -72,7 +72,8 @@ class SizeRow:
         parameter: name of the constant or of the effect's parameter; empty for an effect that is
             on or off.
         value, low, high: the estimate and its interval; NaN for an effect that is on or off.
-        confidence: 0 to 1, that the effect is there; 1 for a constant.
+        confidence: 0 to 1, that the effect is there which the given twin lacks; NaN for what the
+            given twin has: nobody asked whether it is there.
         identifiable: False where the recording does not fix the value.
     """
 
@@ -84,7 +85,7 @@ class SizeRow:
     value: float
     low: float
     high: float
-    confidence: float = 1.0
+    confidence: float = float("nan")
     identifiable: bool = True
     batch: str = ""
 

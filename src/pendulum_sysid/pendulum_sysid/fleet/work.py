@@ -33,10 +33,10 @@ from pendulum_sysid.prepare import prepare
 from pendulum_sysid.reading.bag import COMMAND_TOPIC, STATE_TOPIC, read_bag
 from pendulum_sysid.reading.columns import Columns
 from pendulum_sysid.reading.csv_import import import_csv
-from pendulum_sysid.records import Fit, Outcome, Recording
+from pendulum_sysid.records import Estimate, Fit, Outcome, Recording
 from pendulum_sysid.telling.output_files import format_json
 from pendulum_sysid.telling.report import render_page
-from pendulum_sysid.verdict.record import Verdict
+from pendulum_sysid.verdict.record import RigParameter, Verdict
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, load_twin, save_twin
 
@@ -180,14 +180,9 @@ def fill_row(row: RecordingRow, verdict: Verdict) -> RecordingRow:
 
 
 def list_sizes(row: RecordingRow, verdict: Verdict) -> tuple[SizeRow, ...]:
-    """Return the constants and the effects' parameters of a verdict."""
-    sizes = [
-        SizeRow(
-            row.rig, row.digest, RIG, name, p.unit, p.after, p.low, p.high,
-            identifiable=p.identifiable and not p.at_bound,
-        )
-        for name, p in verdict.rig_parameters.items()
-    ]  # fmt: skip
+    """Return the sizes of a verdict: of what the given twin has, and of what it lacks."""
+    given = verdict.list_given_values()
+    sizes = [_make_given_size(row, name, p.unit, p.after, p) for name, p in given.items()]
     nan = float("nan")
     for effect in verdict.missing_physics:
         own = (row.rig, row.digest, effect.effect)
@@ -224,17 +219,22 @@ def list_fitted_sizes(
     row: RecordingRow, fitted: Fit, units: Mapping[str, str]
 ) -> tuple[SizeRow, ...]:
     """Return the estimates of a fit; units are keyed as its estimates."""
-    sizes = []
-    for name, e in fitted.estimates.items():
-        owner, _, parameter = name.rpartition(".")
-        sizes.append(
-            SizeRow(
-                row.rig, row.digest, owner or RIG, parameter, units.get(name, ""),
-                float(e.value), float(e.low), float(e.high),
-                identifiable=bool(e.identifiable) and not e.at_bound,
-            )
-        )  # fmt: skip
-    return tuple(sizes)
+    return tuple(
+        _make_given_size(row, name, units.get(name, ""), e.value, e)
+        for name, e in fitted.estimates.items()
+    )
+
+
+def _make_given_size(
+    row: RecordingRow, name: str, unit: str, value: float, fitted: Estimate | RigParameter
+) -> SizeRow:
+    """Return the row of a size that the given twin has: a constant, or effect.parameter."""
+    owner, _, parameter = name.rpartition(".")
+    return SizeRow(
+        row.rig, row.digest, owner or RIG, parameter, unit,
+        float(value), float(fitted.low), float(fitted.high),
+        identifiable=bool(fitted.identifiable) and not fitted.at_bound,
+    )  # fmt: skip
 
 
 def _keep_verdict(verdict: Verdict, work: Work) -> None:
