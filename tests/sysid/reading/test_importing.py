@@ -113,9 +113,25 @@ def test_a_missing_column_is_refused_with_those_that_are_there(file: Path, tmp_p
 def test_missing_options_are_refused(file: Path, tmp_path: Path) -> None:
     assert "found neither --cart nor --pole" in refusal(file, tmp_path / "bag", "t", "u")
     assert "name it with --command" in refusal(file, tmp_path / "bag", "t", cart="x", pole="theta")
-    assert "expected --pole-zero up or down, found left" in refusal(
-        file, tmp_path / "bag", "t", pole="theta", pole_zero="left"
-    )
+
+
+@pytest.mark.parametrize(
+    ("key", "expected"),
+    [
+        ("pole_zero", "--pole-zero up or down"),
+        ("length_unit", "--length-unit m, cm or mm"),
+        ("angle_unit", "--angle-unit rad, deg or turn"),
+        ("time_unit", "--time-unit s, ms, us or ns"),
+        ("command_unit", "--command-unit one, percent or per_mille"),
+        ("command_acts", "--command-acts after or before"),
+    ],
+)
+def test_a_choice_that_is_none_is_refused(
+    file: Path, tmp_path: Path, key: str, expected: str
+) -> None:
+    """From Python as from the shell, where the command line refuses it."""
+    sentence = refusal(file, tmp_path / "bag", "t", "u", "x", "theta", **{key: "inch"})
+    assert f"expected {expected}, found inch" in sentence
 
 
 def test_a_cell_that_is_no_number_is_refused_with_its_line(file: Path, tmp_path: Path) -> None:

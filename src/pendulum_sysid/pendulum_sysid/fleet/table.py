@@ -7,8 +7,8 @@ from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
 
-from pendulum_sysid.errors import FileError
-from pendulum_sysid.reading.columns import Columns
+from pendulum_sysid.errors import FileError, WrongUse
+from pendulum_sysid.reading.columns import Columns, check_columns
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import compute_digest, read_yaml
 from pendulum_twin.model import load_twin
@@ -96,4 +96,15 @@ def _read_columns(path: Path, name: str, given: Any) -> Columns:
         key: value if isinstance(value, bool) or key in numbers else str(value)
         for key, value in given.items()
     }
-    return Columns(**read)
+    columns = Columns(**read)
+    if columns.segment is not None:
+        raise FileError(
+            f"{path}: expected files of a single run each for rig {name}, found segment: "
+            f"{columns.segment}: part them with `sysid import --segment {columns.segment}`, and "
+            "give the recordings that it writes, without columns"
+        )
+    try:
+        check_columns(columns)
+    except WrongUse as error:
+        raise FileError(f"{path}: the columns of rig {name}: {error}") from error
+    return columns

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 from pendulum_sysid.errors import WrongUse
@@ -13,6 +13,15 @@ LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 ANGLE_UNITS = {"rad": 1.0, "deg": math.pi / 180.0, "turn": 2.0 * math.pi}
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 COMMAND_UNITS = {"one": 1.0, "percent": 1e-2, "per_mille": 1e-3}
+# fields of Columns that name one of a few
+CHOICES = {
+    "pole_zero": tuple(ZEROS),
+    "length_unit": tuple(LENGTH_UNITS),
+    "angle_unit": tuple(ANGLE_UNITS),
+    "time_unit": tuple(TIME_UNITS),
+    "command_unit": tuple(COMMAND_UNITS),
+    "command_acts": ("after", "before"),
+}
 # times since 1970 of the years 2001 to 2286, by their unit: no log lasts so long
 EPOCH_S = (1e9, 1e10)
 
@@ -64,8 +73,7 @@ class Columns:
 
 def check_columns(columns: Columns) -> None:
     """Raise WrongUse where the columns do not make a recording together."""
-    if columns.pole_zero not in ZEROS:
-        raise WrongUse(f"expected --pole-zero up or down, found {columns.pole_zero}")
+    _check_choices(columns)
     if columns.join is not None and (columns.time is None or columns.command is None):
         raise WrongUse(
             "expected --time and --command beside --join, found one missing: the clock of both "
@@ -82,6 +90,8 @@ def check_columns(columns: Columns) -> None:
         )
     if refusal := find_clock_refusal(columns.time, columns.rate_hz):
         raise WrongUse(refusal)
+    if columns.rate_hz is not None and not 0.0 < columns.rate_hz < math.inf:
+        raise WrongUse(f"expected --rate above 0, found {columns.rate_hz}: give the rows a second")
     if (columns.sin is None) != (columns.cos is None) or (columns.sin and columns.pole):
         raise WrongUse("expected --pole, or --sin and --cos together: give the angle one way")
     has_pole = columns.pole is not None or columns.sin is not None
@@ -98,6 +108,18 @@ def check_columns(columns: Columns) -> None:
         columns.pole_velocity and not has_pole
     ):
         raise WrongUse("expected a position beside every velocity: name it with --cart or --pole")
+
+
+def _check_choices(columns: Columns) -> None:
+    """Raise WrongUse for a unit or the like that is neither a choice nor the default."""
+    defaults = {field.name: field.default for field in fields(Columns)}
+    for name, choices in CHOICES.items():
+        value = getattr(columns, name)
+        if value != defaults[name] and value not in choices:
+            raise WrongUse(
+                f"expected --{name.replace('_', '-')} {', '.join(choices[:-1])} or {choices[-1]}, "
+                f"found {value}: name one of these, or leave the option out"
+            )
 
 
 def find_clock_refusal(time: str | None, rate_hz: float | None) -> str | None:
