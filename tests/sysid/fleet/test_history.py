@@ -12,9 +12,10 @@ from support.drawn_verdicts import make_named
 from support.fleet_rows import SIZES, draw_history, make_result
 from support.made_recordings import INTECO
 
+from pendulum_sysid import decisions
 from pendulum_sysid.cli import main
 from pendulum_sysid.fleet.comparison import compare_rigs
-from pendulum_sysid.fleet.history import describe_history, read_histories
+from pendulum_sysid.fleet.history import WEEK_S, describe_history, read_histories
 from pendulum_sysid.fleet.rows import RIG, Result
 from pendulum_sysid.fleet.store import Store
 from pendulum_sysid.fleet.work import fill_row
@@ -86,6 +87,17 @@ def test_next_week_follows_the_drift(store: Store, capsys) -> None:
     sizes = tell(store, capsys, "bench_07")["sizes"]
     expected = sizes["force_per_pwm_n"]["next_week"]
     assert expected["low"] < 12.86 - 0.06 * 32 < expected["high"] < 11.3
+
+
+def test_next_week_of_a_drift_is_as_wide_as_any_interval(store: Store) -> None:
+    (history,) = read_histories(store, "bench_07")
+    (force,) = (size for size in history.sizes if size.name == "force_per_pwm_n")
+    piece, last = force.course.pieces[-1], force.rows["time"].iloc[-1]
+    away_s = last.timestamp() + WEEK_S - piece.middle_s
+    error = np.hypot(piece.error, piece.slope_error * away_s)
+    half = decisions.INTERVAL_DEVIATIONS * np.hypot(error, force.course.spread)
+    value, low, high = force.next_week
+    assert piece.slope and (value - low, high - value) == pytest.approx((half, half))
 
 
 def test_the_twin_of_today(store: Store, tmp_path: Path, capsys) -> None:

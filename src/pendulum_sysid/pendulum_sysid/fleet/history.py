@@ -192,16 +192,12 @@ def _make_size(owner: str, parameter: str, unit: str, rows: pd.DataFrame, questi
     course = find_changes(times, values, errors, questions, parameter != PRESENCE)
     last = course.pieces[-1]
     today = pool_estimates(values[last.begin :], errors[last.begin :])
-    ahead_s = times[-1] + WEEK_S
+    ahead = today
     if last.slope:
-        value = last.predict(ahead_s)
-        error = np.hypot(last.error, last.slope_error * (ahead_s - last.middle_s))
-        half = 2.0 * float(np.hypot(error, course.spread))
-        expected = (value, value - half, value + half)
+        ahead = _read_drift(last, times[-1] + WEEK_S, course.spread, today.count)
         today = _read_drift(last, times[-1], course.spread, today.count)
-    else:
-        expected = (today.value, today.expected_low, today.expected_high)
     bounds = get_bounds(owner, parameter)
+    expected = (ahead.value, ahead.expected_low, ahead.expected_high)
     value, low, high = (clip_to_bounds(end, bounds) for end in expected)
     today = clip_pooled(today, bounds)
     return Size(owner, parameter, unit, rows, course, today, (value, low, high))

@@ -38,7 +38,8 @@ CSS = Path(telling.__file__).parent / "templates" / "report.css"
 class RigLine:
     """Hold one rig of the first page: its page, its counts, and whether it needs a look.
 
-    state: "changed", "unlike the others", "no answers", or "quiet".
+    state: "unlike itself", "no answers", "changed", "unlike the others", or "quiet": the first
+        that is so.
     """
 
     name: str
