@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 from support.fleet_rows import SIZES, make_result
 
+from pendulum_sysid.errors import FileError
 from pendulum_sysid.fleet.places import Place
-from pendulum_sysid.fleet.recordings import Source, fetch, read_beginning
+from pendulum_sysid.fleet.recordings import Source, fetch, find_sources, read_beginning
 from pendulum_sysid.fleet.rows import Result
 from pendulum_sysid.fleet.store import FILES_MERGED, RECORDINGS, Store
 
@@ -82,3 +83,41 @@ def test_a_copy_from_elsewhere_has_the_time_of_its_original() -> None:
     place.fs.store[place.locate("r/run.mcap")].modified = written
     with fetch(Source("memory://bucket/bench", "r/run.mcap", ("r/run.mcap",))) as path:
         assert read_beginning(path, None) == written
+
+
+def write_bag_elsewhere(address: str, name: str) -> Place:
+    place = Place(address)
+    place.write(f"{name}metadata.yaml", b"the index")
+    place.write(f"{name}run_0.mcap", b"no recording")
+    return place
+
+
+@pytest.mark.parametrize("name", ["", "day_1/"])
+def test_a_bag_elsewhere_is_copied_whole(name: str) -> None:
+    """Also where the address that was given is the bag itself."""
+    address = f"memory://bucket/whole/{len(name)}"
+    write_bag_elsewhere(address, name)
+    (source,) = find_sources(address)
+    with fetch(source) as path:
+        copied = {file.name: file.read_bytes() for file in path.iterdir()}
+    assert copied == {"metadata.yaml": b"the index", "run_0.mcap": b"no recording"}
+
+
+@pytest.mark.parametrize("gone", ["metadata.yaml", "run_0.mcap"])
+def test_a_file_that_went_before_it_was_copied_is_told(gone: str) -> None:
+    address = f"memory://bucket/gone/{gone}"
+    place = write_bag_elsewhere(address, "day_1/")
+    (source,) = find_sources(address)
+    place.remove(f"day_1/{gone}")
+    sentence = f"{source.path}: expected day_1/{gone}, found it gone: "
+    with pytest.raises(FileError, match=sentence), fetch(source):
+        pass
+
+
+def test_a_table_that_went_before_it_was_copied_is_told() -> None:
+    place = Place("memory://bucket/table")
+    place.write("run.csv", b"t,u")
+    (source,) = find_sources("memory://bucket/table")
+    place.remove("run.csv")
+    with pytest.raises(FileError, match=r"expected run\.csv, found it gone"), fetch(source):
+        pass

@@ -125,7 +125,10 @@ def compute_source_digest(source: Source) -> str:
 
 @contextmanager
 def fetch(source: Source) -> Iterator[Path]:
-    """Give the recording as a path of this machine; a copy from elsewhere ends with the block."""
+    """Give the recording as a path of this machine; a copy from elsewhere ends with the block.
+
+    Raises FileError when a file of a recording elsewhere is gone.
+    """
     place = Place(source.folder)
     if place.is_local:
         yield Path(place.locate(source.name))
@@ -133,13 +136,24 @@ def fetch(source: Source) -> Iterator[Path]:
     with tempfile.TemporaryDirectory() as folder:
         here = Path(folder) / (PurePosixPath(source.name).name or "recording")
         if source.files == (source.name,):
-            here.write_bytes(place.read(source.name) or b"")
+            here.write_bytes(_read_whole(place, source, source.name))
             _keep_time(place, source.name, here)
         else:
             here.mkdir()
-            for name in (*source.files, f"{source.name}/{INDEX}"):
-                (here / PurePosixPath(name).name).write_bytes(place.read(name) or b"")
+            for name in (*source.files, str(PurePosixPath(source.name) / INDEX)):
+                (here / PurePosixPath(name).name).write_bytes(_read_whole(place, source, name))
         yield here
+
+
+def _read_whole(place: Place, source: Source, name: str) -> bytes:
+    """Return the content of a file of a recording; raise FileError where it is gone."""
+    content = place.read(name)
+    if content is None:
+        raise FileError(
+            f"{source.path}: expected {name}, found it gone: leave the files where they are while "
+            "a run goes on"
+        )
+    return content
 
 
 def _keep_time(place: Place, name: str, copy: Path) -> None:
