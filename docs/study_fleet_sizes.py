@@ -10,8 +10,9 @@ import numpy as np
 from fleet_recordings import CALM, CHANGED, VARIED, make_siblings, make_sixty_days
 from study_fleet import name_new_store, parse_arguments, run, run_studies
 
+from pendulum_sysid.decisions import INTERVAL_DEVIATIONS
 from pendulum_sysid.fleet.history import describe_history, read_histories
-from pendulum_sysid.fleet.pooling import DEVIATIONS, pool_estimates, pool_family
+from pendulum_sysid.fleet.pooling import pool_estimates, pool_family
 from pendulum_sysid.fleet.store import Store
 
 
@@ -37,11 +38,11 @@ def study_pooling(out: Path) -> None:
     for name in VARIED:
         groups, truths = [], []
         for rig, group in sizes[sizes["parameter"] == name].groupby("rig"):
-            errors = (group["high"] - group["low"]).to_numpy() / (2 * DEVIATIONS)
+            errors = (group["high"] - group["low"]).to_numpy() / (2 * INTERVAL_DEVIATIONS)
             groups.append((group["value"].to_numpy(), errors))
             truths.append(siblings[rig].rig.to_mapping()[name])
         alone = [
-            (v - DEVIATIONS * e, v + DEVIATIONS * e, truth)
+            (v - INTERVAL_DEVIATIONS * e, v + INTERVAL_DEVIATIONS * e, truth)
             for (values, errors), truth in zip(groups, truths, strict=True)
             for v, e in zip(values, errors, strict=True)
         ]

@@ -58,7 +58,6 @@ CONNECT_S = 15.0  # s; that a scheduler may take to answer
 # away, even if it has ended a second time and is starting again.
 NEVER = "3650d"
 WORKERS_S = 60.0  # s; that workers that ended may take to start again on a busy computer
-CLOSE_S = 5.0  # s; that workers may take to end
 TIME_UP_STATUS = 75  # exit status of a worker whose task ran too long
 TIME_UP, TIME_UP_SENT_S = "sysid-time-up", 0.5  # topic of the event, and s to send it in
 DIED = "its worker died twice: a crash, or too little memory"

@@ -9,6 +9,7 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
+from pendulum_sysid import decisions
 from pendulum_sysid.fleet.history import PRESENCE, WEEK_S, Size
 from pendulum_sysid.telling.svg import ACCENT, INK, PALE, SOFT, STYLE, render_svg, thin_out
 from pendulum_twin.arrays import Floats
@@ -39,9 +40,10 @@ def draw_course(size: Size, key: str) -> Markup:
         figure = Figure(figsize=(6.4, 2.3), layout="constrained")
         axes = figure.add_subplot()
         chosen = thin_out(len(times), 400)
-        halves = 0.0 if size.parameter == PRESENCE else 1.96 * errors[chosen]
+        halves = decisions.INTERVAL_DEVIATIONS * errors
+        bars = 0.0 if size.parameter == PRESENCE else halves[chosen]
         axes.errorbar(
-            times[chosen], values[chosen], yerr=halves, fmt="o", markersize=2.4, color=INK,
+            times[chosen], values[chosen], yerr=bars, fmt="o", markersize=2.4, color=INK,
             ecolor=PALE, elinewidth=1.2, zorder=2,
         )  # fmt: skip
         for piece in size.course.pieces:
@@ -59,7 +61,7 @@ def draw_course(size: Size, key: str) -> Markup:
                 [ahead], [value], yerr=[[value - low], [high - value]], fmt="D", markersize=3.5,
                 color=ACCENT, ecolor=ACCENT, elinewidth=1.2,
             )  # fmt: skip
-        _limit_height(axes, values, 1.96 * errors)
+        _limit_height(axes, values, halves)
         axes.set_xlabel(f"{unit} since the first recording", color=SOFT)
         axes.set_ylabel(size.unit or "named")
         label = f"{size.name} over time, {len(rows)} recordings"

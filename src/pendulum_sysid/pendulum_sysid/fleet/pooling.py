@@ -9,10 +9,10 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.stats import t as student
 
+from pendulum_sysid import decisions
 from pendulum_twin.arrays import Floats
 
 COVERED = 0.95  # of intervals
-DEVIATIONS = 1.96  # to either side of such an interval
 REACH, STEPS = 3.0, 40  # of the grid of standard deviations: times what shows, and points
 
 
@@ -55,12 +55,13 @@ def pool_estimates(values: Floats, errors: Floats) -> Pooled:
     mean = float(weights @ values) / total
     scatter = float(weights @ (values - mean) ** 2) / max(n - 1, 1)
     error = float(np.sqrt(max(scatter, 1.0) / total))
+    deviations = decisions.INTERVAL_DEVIATIONS
     # a recording alone knows no scatter: its own interval stands
-    half = error * (student.isf((1 - COVERED) / 2, n - 1) if n > 1 else DEVIATIONS)
+    half = error * (student.isf((1 - COVERED) / 2, n - 1) if n > 1 else deviations)
     ahead = float(np.hypot(spread, error))
     # two recordings know their scatter by one degree of freedom, as the mean does
     degrees = max(n - 2, 1)
-    half_ahead = ahead * (student.isf((1 - COVERED) / 2, degrees) if n > 1 else 2 * DEVIATIONS)
+    half_ahead = ahead * (student.isf((1 - COVERED) / 2, degrees) if n > 1 else 2 * deviations)
     return Pooled(
         mean, mean - half, mean + half, error, spread, mean - half_ahead, mean + half_ahead, n
     )
@@ -128,7 +129,8 @@ def pool_family(groups: Sequence[tuple[Floats, Floats]]) -> Family:
     for r, pooled in enumerate(alone):
         values = np.array([grid.rig_means[:, r] for grid in grids])
         value, own = _mix(likely, values, np.array([g.rig_variances[:, r] for g in grids]))
-        half, ahead = DEVIATIONS * own, DEVIATIONS * float(np.hypot(own, within))
+        half = decisions.INTERVAL_DEVIATIONS * own
+        ahead = decisions.INTERVAL_DEVIATIONS * float(np.hypot(own, within))
         ends = (value - half, value + half)
         rigs.append(Pooled(value, *ends, own, within, value - ahead, value + ahead, pooled.count))
     half = error * float(student.isf((1 - COVERED) / 2, max(len(groups) - 1, 1)))

@@ -12,7 +12,7 @@ import io
 import json
 import uuid
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from urllib.parse import quote
@@ -28,9 +28,7 @@ from pendulum_sysid.fleet.rows import (
     PUT_ASIDE,
     RECORDING_SCHEMA,
     SIZE_SCHEMA,
-    RecordingRow,
     Result,
-    SizeRow,
     make_table,
 )
 
@@ -217,12 +215,6 @@ class Store:
                 f"{self.address}: expected {name} as it was written, found it damaged: remove it "
                 "and run the fleet again"
             ) from error
-
-
-def list_rows(results: Iterable[Result]) -> tuple[list[RecordingRow], list[SizeRow]]:
-    """Return the rows of results, apart."""
-    pairs = list(results)
-    return [r.recording for r in pairs], [size for r in pairs for size in r.sizes]
 
 
 def _quote(rig: str) -> str:

@@ -11,10 +11,10 @@ from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import SLOTS, make_theta
 from pendulum_twin.rig import Rig
 from pendulum_twin.signals import Signals
+from pendulum_twin.stepper import HANGING
 
 SAMPLES = 20
 PERIOD_S = 0.01
-HANGING = (0.0, np.pi, 0.0, 0.0)
 ANY_RIG = Rig(0.5, 0.1, 0.02, 0.003, 9.81, 10.0, 1.0, 3e-4, 1.0, 0.5)
 
 
