@@ -4,13 +4,15 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from pendulum_sysid.cli import main
 from pendulum_sysid.errors import WrongUse
+from pendulum_sysid.records import Outcome
 from pendulum_sysid.telling.effect_file import write_effect
-from pendulum_sysid.verdict.record import EffectParameter, MeasuredLaw
+from pendulum_sysid.verdict.record import EffectParameter, MeasuredLaw, RecordingFacts, Verdict
 
 CUBE = MeasuredLaw(
     law="cart_force_by_position",
@@ -153,30 +155,37 @@ def test_a_folder_without_effects_is_refused_in_a_sentence(tmp_path, content, wo
     assert told.returncode == 2 and words in told.stderr and "Traceback" not in told.stderr
 
 
+def write_verdict(folder: Path, *laws: MeasuredLaw) -> str:
+    """Write a verdict with measured laws and return its folder."""
+    facts = RecordingFacts("r", 1.0, 1, 1.0, "", 0.0, 0.0)
+    verdict = Verdict(
+        Outcome.NOT_IN_CATALOGUE, "", None, (), {}, (), None, None, (), None, facts, 1.0,
+        measured_laws=laws,
+    )  # fmt: skip
+    (folder / "verdict.json").write_text(json.dumps(verdict.to_dict()))
+    return str(folder)
+
+
 def test_a_verdict_without_laws_teaches_nothing(tmp_path, capsys):
-    verdict = {
-        "schema": "pendulum_verdict/1",
-        "outcome": "nothing_missing",
-        "sentence": "",
-        "location": None,
-        "missing_physics": [],
-        "rig_parameters": {},
-        "masking": [],
-        "fit": None,
-        "remainder": None,
-        "data_quality": [],
-        "next_experiment": None,
-        "recording": {
-            "name": "r",
-            "seconds": 1.0,
-            "samples": 1,
-            "rate_hz": 1.0,
-            "digest": "",
-            "position_step_m": 0.0,
-            "angle_step_rad": 0.0,
-        },
-        "elapsed_s": 1.0,
-    }
-    (tmp_path / "verdict.json").write_text(json.dumps(verdict))
-    assert main(["learn", str(tmp_path), "--out", str(tmp_path / "mine")]) == 1
+    assert main(["learn", write_verdict(tmp_path), "--out", str(tmp_path / "mine")]) == 1
     assert "expected measured laws, found none" in capsys.readouterr().err
+
+
+def test_several_laws_do_not_share_a_name(tmp_path, capsys):
+    """The file of the first law was overwritten without a word."""
+    words = ["learn", write_verdict(tmp_path, CUBE, WAVE), "--out", str(tmp_path / "mine")]
+    assert main([*words, "--name", "mine"]) == 2
+    said = capsys.readouterr().err
+    assert "has one law with a formula, found 2 (cart_force_by_position, command_curve)" in said
+    assert "leave --name out" in said and not (tmp_path / "mine").exists()
+    assert main(words) == 0
+    names = {"learned_cart_force_by_position.py", "learned_command_curve.py"}
+    assert {path.name for path in (tmp_path / "mine").iterdir()} == names
+
+
+def test_a_name_is_for_the_law_that_has_a_formula(tmp_path, capsys):
+    curve = MeasuredLaw(**{**vars(CUBE), "law": "pole_torque_by_angle", "shape": ""})
+    verdict, out = write_verdict(tmp_path, curve, CUBE), tmp_path / "mine"
+    assert main(["learn", verdict, "--out", str(out), "--name", "mine"]) == 0
+    assert [path.name for path in out.iterdir()] == ["mine.py"]
+    assert "a curve without a formula" in capsys.readouterr().err

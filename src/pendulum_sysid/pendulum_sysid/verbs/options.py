@@ -145,7 +145,7 @@ def _add_learn(verbs: Verbs) -> None:
         metavar="FOLDER",
         help="gets a Python file a law; give it to every verb as --effects FOLDER",
     )
-    verb.add_argument("--name", metavar="NAME", help="of the effect (default: learned_LAW)")
+    verb.add_argument("--name", metavar="NAME", help="of the only effect (default: learned_LAW)")
     add_json(verb)
 
 
