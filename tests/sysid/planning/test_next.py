@@ -237,7 +237,8 @@ def test_the_command_goes_on_from_a_verdict(
     (tmp_path / "verdict.json").write_text(json.dumps(verdict))
     asked += ["--verdict", str(tmp_path / "verdict.json"), "--seconds", "12"]
     assert main(["next", *asked]) == 0
-    said = capsys.readouterr().out
+    said, progress = capsys.readouterr()
+    assert "\nplanning the next experiment\n" in progress and "left: " not in progress
     assert "input_delay and motor_lag cannot be told apart" in said and said.endswith(
         f"{tmp_path / 'next.yaml'}\n"
     )

@@ -10,12 +10,14 @@ import sys
 import webbrowser
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from support.made_recordings import INTECO, ROOT, made, made_bag, without_joint
 
 from pendulum_sysid.cli import main
+from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.records import Outcome
 from pendulum_sysid.verbs import recordings
 from pendulum_sysid.verbs.diagnose import describe_origin, write_diagnosis
@@ -349,7 +351,8 @@ def test_fit_finds_the_force_again(
 ) -> None:
     out = tmp_path / "fitted.yaml"
     assert main(["fit", bag, "--twin", wrong, "--out", str(out)]) == 0
-    said = capsys.readouterr().out
+    said, progress = capsys.readouterr()
+    assert re.search(r"^fitting \d+ windows$", progress, re.MULTILINE), "no share: no stages"
     assert load_twin(out).rig.force_per_pwm_n == pytest.approx(
         INTECO.rig.force_per_pwm_n, rel=0.01
     )
@@ -359,6 +362,31 @@ def test_fit_finds_the_force_again(
     assert float(score[2]) < 0.1 * float(score[1])
     floor = next(line for line in said.splitlines() if line.startswith("noise floor")).split()
     assert 1.0 < float(floor[-5]) < 2.0 * float(score[2])
+
+
+@pytest.mark.parametrize(
+    ("verb", "work"),
+    [
+        ("diagnose", "pendulum_sysid.pipeline.diagnose"),
+        ("next", "pendulum_sysid.verbs.next.search_settled"),
+    ],
+)
+def test_verbs_with_stages_say_their_share(
+    verb: str,
+    work: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    bag: str,
+) -> None:
+    def stop(*given: Any) -> None:
+        given[-1](Stage.CONSTANTS)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(work, stop)
+    assert main([verb, bag, "--twin", TWIN, "--out", str(tmp_path / "out")]) == 130
+    progress = capsys.readouterr().err
+    assert re.search(r"^ *\d+ %, about \d+ s left: fitting the rig's", progress, re.MULTILINE)
 
 
 def test_fit_by_the_thesis(capsys: pytest.CaptureFixture[str], tmp_path: Path, bag: str) -> None:

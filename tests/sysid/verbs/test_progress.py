@@ -117,6 +117,7 @@ def test_a_long_stage_never_reaches_the_next() -> None:
 def test_elsewhere_than_on_a_terminal_lines_are_plain() -> None:
     stream = io.StringIO()
     with Progress(stream, quiet=False) as shown:
+        shown.follow_stages()
         shown.report(Stage.READING)  # is said only if it takes long
         assert stream.getvalue() == ""
         shown.report(Stage.CONSTANTS)
@@ -132,6 +133,7 @@ def test_a_terminal_has_a_last_line_that_goes_away(monkeypatch: pytest.MonkeyPat
     monkeypatch.delenv("NO_COLOR", raising=False)
     stream = Terminal()
     with Progress(stream, quiet=False) as shown:
+        shown.follow_stages()
         shown.report(Stage.CONSTANTS)
         assert re.search(r"\r\x1b\[K[|/\\-]   \d %, about \d+ s left: fitting", stream.getvalue())
         assert "\x1b[2mfitting" in stream.getvalue()
@@ -141,11 +143,22 @@ def test_a_terminal_has_a_last_line_that_goes_away(monkeypatch: pytest.MonkeyPat
     assert stream.getvalue() == before
 
 
+def test_a_command_without_stages_says_neither_a_share_nor_a_time_left() -> None:
+    """A fit said 2 %, and a time left that grew, for it entered the first stage only."""
+    stream = io.StringIO()
+    with Progress(stream, quiet=False) as shown:
+        shown.report(Stage.READING)  # the step, should it take long
+        shown.report("fitting 12 windows")
+        shown.report(Stage.PLANNING)
+    assert stream.getvalue().splitlines() == ["fitting 12 windows", Stage.PLANNING]
+
+
 def test_silence_is_broken_by_plain_lines(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(progress, "SILENCE_S", 0.02)
     monkeypatch.setattr(progress, "REDRAW_S", 0.005)
     written = io.StringIO()
     with Progress(written, quiet=False) as shown:
+        shown.follow_stages()
         shown.report(Stage.GROWING)
         assert shown._thread is not None
         while written.getvalue().count("so far)") < 3 and shown._thread.is_alive():
@@ -153,15 +166,17 @@ def test_silence_is_broken_by_plain_lines(monkeypatch: pytest.MonkeyPatch) -> No
     assert written.getvalue().count("asking what is missing") >= 4
 
 
-@pytest.mark.parametrize(("line", "is_due"), [(Stage.GROWING, True), ("3/600 rigs", False)])
+@pytest.mark.parametrize(("has_stages", "is_due"), [(True, True), (False, False)])
 def test_a_diagnosis_is_never_silent_for_long_and_a_study_of_hours_may_be(
-    line: str, is_due: bool, monkeypatch: pytest.MonkeyPatch
+    has_stages: bool, is_due: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     clock = Clock()
     monkeypatch.setattr(progress.time, "monotonic", clock)
     shown = Progress(io.StringIO(), quiet=False)
+    if has_stages:
+        shown.follow_stages()
     clock.now += 3600.0
-    shown.report(line)
+    shown.report(Stage.GROWING if has_stages else "3/600 rigs")
     clock.now += progress.SILENCE_S
     assert shown._is_silent_for_long() is is_due
     clock.now += progress.LONGEST_SILENCE_S

@@ -19,7 +19,7 @@ HEADER = ("question", "answer", "expected", "found")
 def run(arguments: argparse.Namespace) -> int:
     """Print the checks; status 1 when the answer to one of them is no."""
     twin = load_twin(arguments.twin)
-    arguments.progress.report(Stage.READING.value)
+    arguments.progress.report(Stage.READING)
     checks = check_plausibility(prepare_case(read_recordings(arguments.bag, arguments), twin))
     print_answer(arguments, lambda: make_mapping(checks), format_checks(checks))
     failed = [check for check in checks if check.answer is Answer.NO]

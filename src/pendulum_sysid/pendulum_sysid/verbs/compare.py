@@ -26,7 +26,7 @@ def run(arguments: argparse.Namespace) -> int:
     names = (str(arguments.twin[0]), str(arguments.twin[1]))
     if arguments.out is not None:
         _check_plot(arguments.out)
-    arguments.progress.report(Stage.READING.value)
+    arguments.progress.report(Stage.READING)
     twins = [load_twin(path) for path in arguments.twin]
     case = prepare_case(read_recordings(arguments.bag, arguments), twins[0])
     say_doubts(case)

@@ -44,6 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Diagnose, write what was found, and print the verdict's sentence and the files."""
     check_folder(arguments.out)
     twin = hold_constants(load_twin(arguments.twin), arguments.hold)
+    arguments.progress.follow_stages()
     report = arguments.progress.report
     report(Stage.READING)
     verdict = pipeline.diagnose(read_recordings(arguments.bag, arguments), twin, report)

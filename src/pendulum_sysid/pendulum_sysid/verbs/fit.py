@@ -61,7 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_file(arguments.out)
     twin = hold_constants(load_twin(arguments.twin), arguments.hold)
     report = arguments.progress.report
-    report(Stage.READING.value)
+    report(Stage.READING)
     case = prepare_case(read_recordings(arguments.bag, arguments), twin)
     for doubt in list_plausibility_doubts(case):
         say(f"before you use the twin: {doubt}", ANSWERED)

@@ -28,7 +28,7 @@ def run(arguments: argparse.Namespace) -> int:
     lines: list[object] = []
     mappings = []
     for file, out in _name_recordings(arguments).items():
-        arguments.progress.report(Stage.READING.value)
+        arguments.progress.report(Stage.READING)
         recordings = (
             {out: import_csv(file, out, columns)}
             if columns.segment is None
@@ -48,7 +48,7 @@ def import_bags(arguments: argparse.Namespace) -> int:
     lines: list[object] = []
     mappings = []
     for file, out in _name_recordings(arguments).items():
-        arguments.progress.report(Stage.READING.value)
+        arguments.progress.report(Stage.READING)
         topics = import_ros1_bag(file, out)
         lines += [out, *(f"{name} {kind} {count}" for name, (kind, count) in topics.items())]
         mappings.append({"file": str(file), "recording": str(out), "topics": topics})

@@ -82,6 +82,8 @@ def _finish(arguments: argparse.Namespace) -> Finished:
     """Return what is named as an earlier diagnosis has it, or found now."""
     earlier = None if arguments.verdict is None else read_verdict(arguments.verdict)
     twin = load_twin(arguments.twin)
+    if earlier is None:  # a search of its own has the stages of a diagnosis
+        arguments.progress.follow_stages()
     arguments.progress.report(Stage.READING)
     recordings = read_recordings(arguments.bag, arguments)
     if earlier is not None:

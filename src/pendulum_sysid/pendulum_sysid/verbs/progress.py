@@ -1,7 +1,8 @@
 """Say on stderr how far a command has come, so that it is never silent for long.
 
-On a terminal the last line shows the share that is done, the time left and the step at hand, and
-changes all the time. Elsewhere plain lines come, with such a line whenever nothing else was said.
+On a terminal the last line shows the step at hand, and changes all the time. Elsewhere plain lines
+come, with such a line whenever nothing else was said. A command that follows the stages of a
+diagnosis says the share that is done and the time left as well.
 """
 
 from __future__ import annotations
@@ -135,7 +136,8 @@ class Progress:
     def __init__(self, stream: TextIO, quiet: bool) -> None:
         self._stream, self._quiet = stream, quiet
         self._drawn = is_terminal(stream)
-        self._course, self._began = Course(), time.monotonic()
+        self._course: Course | None = None
+        self._began = time.monotonic()
         self._step, self._spoken = STARTING, time.monotonic()
         self._turns, self._has_spoken = 0, False
         self._lock, self._ended = threading.Lock(), threading.Event()
@@ -151,9 +153,13 @@ class Progress:
     def __exit__(self, *_: object) -> None:
         self.end()
 
+    def follow_stages(self) -> None:
+        """Say the share and the time left from now on: this command reports its stages."""
+        self._course = Course()
+
     def report(self, line: str) -> None:
-        """Take a line of progress; a Stage also says how far the work has come."""
-        if isinstance(line, Stage):
+        """Take a line of progress; a Stage also says how far a command with stages has come."""
+        if self._course is not None and isinstance(line, Stage):
             self._course.enter(line)
         if self._quiet or self._ended.is_set():
             return
@@ -194,7 +200,7 @@ class Progress:
             return False
         now = time.monotonic()
         longest = SILENCE_S if self._has_spoken else START_S
-        if self._course.share is None:  # a study: only a diagnosis has stages
+        if self._course is None:  # a study may take hours
             longest = max(longest, min(SILENCE_SHARE * (now - self._began), LONGEST_SILENCE_S))
         return now - self._spoken > longest - REDRAW_S
 
@@ -205,6 +211,8 @@ class Progress:
         self._write(f"{CLEAR_LINE}{line[:width]}")
 
     def _format_share(self) -> str:
+        if self._course is None:
+            return ""
         share, left_s = self._course.share, self._course.left_s
         if share is None or left_s is None:
             return ""

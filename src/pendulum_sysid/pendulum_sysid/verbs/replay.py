@@ -23,7 +23,7 @@ from pendulum_twin.model import load_twin
 def run(arguments: argparse.Namespace) -> int:
     """Print the twin's errors on all recordings together."""
     twin = load_twin(arguments.twin)
-    arguments.progress.report(Stage.READING.value)
+    arguments.progress.report(Stage.READING)
     case = prepare_case(read_recordings(arguments.bag, arguments), twin)
     say_doubts(case)
     comparison = compare(case)
