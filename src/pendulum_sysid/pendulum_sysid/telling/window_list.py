@@ -55,11 +55,10 @@ def list_windows(verdict: Verdict) -> tuple[WindowRow, ...]:
     return tuple(replace(row, number=number) for number, row in enumerate(rows, start=1))
 
 
-def list_largest(rows: Sequence[WindowRow], most: int = MOST_LISTED) -> list[WindowRow]:
+def list_largest(rows: Sequence[WindowRow]) -> list[WindowRow]:
     """Return the rows that a table shows, in order of time: those with the largest errors."""
-    usual = np.maximum(np.median([row.after for row in rows], axis=0), 1e-300) if rows else 1.0
-    ranked = sorted(rows, key=lambda row: -float(np.max(np.nan_to_num(row.after) / usual)))
-    return sorted(ranked[:most], key=lambda row: row.number)
+    largest = np.argsort(-_compare_windows(rows), kind="stable")[:MOST_LISTED]
+    return [rows[k] for k in sorted(largest.tolist(), key=lambda k: rows[k].number)]
 
 
 def compute_errors(overlays: Sequence[Overlay], run: str) -> Floats:
@@ -85,16 +84,24 @@ def compute_rmse(run: Floats, measured: Floats) -> Floats:
 
 
 def find_worst(rows: Sequence[WindowRow]) -> WindowRow | None:
-    """Return the held-out window with the largest error after.
-
-    Channels are made comparable by the median error of each over the held-out windows.
-    """
+    """Return the held-out window with the largest error after."""
     held_out = [row for row in rows if row.purpose == HELD_OUT]
-    if not held_out:
-        return None
-    after = np.array([row.after for row in held_out])
-    after = np.where(np.isfinite(after), after, np.inf)
-    usual = np.maximum(np.median(after, axis=0), 1e-300)
-    with np.errstate(invalid="ignore"):
-        worst = np.nan_to_num(after / usual, nan=1.0, posinf=np.inf).max(axis=1)
-    return held_out[int(np.argmax(worst))]
+    return held_out[int(np.argmax(_compare_windows(held_out)))] if held_out else None
+
+
+def _compare_windows(rows: Sequence[WindowRow]) -> Floats:
+    """Return the error after of each window, (windows,), of the channel that is worse.
+
+    Each channel counts in units of its median error, over the windows in which it is finite: a
+    run that diverged is worse than all others, and changes no unit.
+    """
+    if not rows:
+        return np.empty(0)
+    errors = np.array([row.after for row in rows])
+    finite = np.isfinite(errors)
+    usual = [
+        np.median(e[kept]) if kept.any() else 1.0
+        for e, kept in zip(errors.T, finite.T, strict=True)
+    ]
+    with np.errstate(over="ignore"):
+        return (np.where(finite, errors, np.inf) / np.maximum(usual, 1e-300)).max(axis=1)
