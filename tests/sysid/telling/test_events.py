@@ -1,6 +1,7 @@
 """What is missing in a few short stretches is told as events, and blames no place of the rig."""
 
 from collections import namedtuple
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -47,6 +48,19 @@ def test_a_few_windows_far_above_the_others_are_events() -> None:
     assert events.intervals_s == ((5.0, 7.0), (15.0, 16.0))
     assert "acts on the rig at 5 to 7 s and 15 to 16 s: a touch" in events.sentence
     assert "elsewhere the improved twin's error is 1 times its noise floor" in events.sentence
+
+
+def test_windows_whose_times_round_apart_are_one_stretch() -> None:
+    """9 of 59 seams between adjacent windows counted as apart: a stretch was told in pieces."""
+    errors = 400 * [1.0]
+    errors[10:69] = 59 * [30.0]
+    runs = make_runs(errors)
+    period_s = 0.0100012
+    runs = replace(runs, begin_s=np.arange(400) * 10 * period_s, period_s=period_s)
+    events = find_events((runs,), FLOOR, START)
+    assert events is not None
+    (interval,) = events.intervals_s
+    assert interval == pytest.approx((100 * period_s, 690 * period_s))
 
 
 def test_times_after_a_thousand_seconds_are_told_in_full() -> None:

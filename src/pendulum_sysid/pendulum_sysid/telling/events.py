@@ -12,6 +12,7 @@ import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.noise_floor import NoiseFloor
+from pendulum_sysid.fitting.stretches import join_stretches
 from pendulum_sysid.fitting.window_runs import WindowRuns
 from pendulum_sysid.telling.outcome import Findings, runs_at_noise
 from pendulum_twin.arrays import Floats
@@ -80,15 +81,9 @@ def find_events(
     far = errors > decisions.EVENT_FLOORS * max(rest, 1.0) * floor.typical
     if rest > decisions.EVENT_REST_FLOORS or np.mean(far) > decisions.EVENT_MOST_SHARE:
         return None
-    intervals: list[tuple[float, float]] = []
-    for begin_s in np.sort(windows_s[far]).tolist():
-        end_s = begin_s + parts[0].seconds
-        if intervals and begin_s <= intervals[-1][1]:
-            intervals[-1] = (intervals[-1][0], end_s)
-        else:
-            intervals.append((begin_s, end_s))
+    intervals = join_stretches(windows_s[far], parts[0].seconds)
     few = 0 < len(intervals) <= decisions.MOST_EVENTS
-    return Events(tuple(intervals), rest) if few else None
+    return Events(intervals, rest) if few else None
 
 
 def ask_windows(runs: WindowRuns, begins_s: Floats) -> tuple[Floats, Floats]:

@@ -19,6 +19,7 @@ from pendulum_sysid.finding.localisation.inspection import (
     measure_curves_of,
 )
 from pendulum_sysid.finding.localisation.measured_curves import Curve
+from pendulum_sysid.fitting.stretches import join_stretches
 from pendulum_sysid.fitting.window_runs import WindowRuns
 from pendulum_sysid.records import Evidence, Localisation
 from pendulum_twin.arrays import Floats
@@ -121,11 +122,5 @@ def _find_worse_joint(runs: WindowRuns) -> str:
 def find_worst_stretches(runs: WindowRuns) -> tuple[tuple[float, float], ...]:
     """Return the stretches, s, where runs are far more wrong than in the median window."""
     errors = np.sqrt(np.mean((runs.window_rmse / runs.noise) ** 2, axis=1))
-    stretches: list[tuple[float, float]] = []
-    for begin in np.sort(runs.begin_s[errors > decisions.STRETCH_ERROR_RATIO * np.median(errors)]):
-        end = float(begin) + runs.seconds
-        if stretches and begin <= stretches[-1][1] + 1e-9:
-            stretches[-1] = (stretches[-1][0], end)
-        else:
-            stretches.append((float(begin), end))
-    return tuple(stretches)
+    far = errors > decisions.STRETCH_ERROR_RATIO * np.median(errors)
+    return join_stretches(runs.begin_s[far], runs.seconds)
