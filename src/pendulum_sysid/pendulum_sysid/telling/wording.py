@@ -180,10 +180,9 @@ DEFINITIONS: tuple[tuple[str, str], ...] = (
         "Root mean square error of the free runs, cart and pole together in units of their "
         "sensors' noise, over the error that a perfect model reaches. 1 is perfect. The number "
         "is that of the median held-out window, for over all windows together a single window "
-        "near upright, where errors grow, may weigh more than all others. Where the median is at "
-        "the noise although something remains, the number is that of whole windows with fitted "
-        "start states; where nothing explains the error, that of all held-out windows together, "
-        "if it is larger. Before and after have the same measure, 1 at least.",
+        "near upright, where errors grow, may weigh more than all others. It is that of all "
+        "held-out windows together where nothing explains the error, or the recording does not "
+        "look like its rig, and that is more. Before and after have the same measure, 1 at least.",
     ),
     (
         "Noise floor",

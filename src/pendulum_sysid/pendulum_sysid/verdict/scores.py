@@ -24,10 +24,10 @@ class FitScores:
         held_out_pole_rad: root mean square error of the pole, rad; None for a pole not recorded.
         held_out_cart_fit, held_out_pole_fit: fit (NRMSE) of the held-out runs in per cent: 100 is
             perfect, 0 no better than the mean of each window; None for a joint not recorded.
-        floors: error over that of a perfect model, the same measure before and after: of the
-            median held-out window; of whole windows with refined starts where that window is at
-            the noise although something remains; of all held-out windows together where nothing
-            explains the error and that is more. 1, the least, is perfect.
+        floors: the error over that of a perfect model, 1 at least, by the same measure before
+            and after: of the median held-out window; of all held-out windows together where
+            nothing explains the error, or the recording does not look like its rig, and that is
+            more; the scale of the report.
         noise_floor: score that a perfect model reaches on the held-out windows; NaN (null in
             verdict.json) where that cannot be measured, because the twin leaves all bounds.
         unit: "score".
