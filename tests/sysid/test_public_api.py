@@ -17,6 +17,7 @@ from support.paths import ROOT, SRC
 import pendulum_sysid as ps
 from pendulum_sysid.api import make_recording
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.model import Twin
 
 
 def list_examples() -> Iterator[tuple[str, str]]:
@@ -130,6 +131,22 @@ def test_no_recording_at_all_is_refused() -> None:
     for call in (ps.diagnose, ps.fit, ps.replay):
         with pytest.raises(BadInputError, match="expected at least one recording, found none"):
             call([], INTECO)
+
+
+def test_a_constant_that_is_known_may_be_given_as_its_name(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A text is a sequence of letters: it was refused for its first letter."""
+    twins: list[Twin] = []
+    monkeypatch.setattr("pendulum_sysid.pipeline.diagnose", lambda _, twin, __: twins.append(twin))
+    names = "force_per_pwm_n", "pole_viscous_n_m_s"
+    for hold in (names[0], [names[0]], names):
+        ps.diagnose(made(INTECO, 3.0), INTECO, hold=hold)
+    assert [dict(twin.spreads) for twin in twins] == [
+        dict.fromkeys(held, 0.0) for held in (names[:1], names[:1], names)
+    ]
+    with pytest.raises(BadInputError, match="found 'gravity'"):
+        ps.diagnose(made(INTECO, 3.0), INTECO, hold="gravity")
 
 
 def test_a_frame_without_times_is_refused() -> None:

@@ -111,7 +111,7 @@ def diagnose(
     recordings: Sources,
     twin: Twin | str | Path,
     progress: Callable[[str], None] | None = None,
-    hold: Sequence[str] = (),
+    hold: str | Sequence[str] = (),
 ) -> Verdict:
     """Find what a twin lacks, from one or several recordings of the rig.
 
@@ -120,7 +120,8 @@ def diagnose(
             cart and pole, or a list of these.
         twin: the twin as believed, or the path of its file.
         progress: called with a line of text at every step of the search.
-        hold: constants of the rig that are known and stay as they are; "all" for all of them.
+        hold: constants of the rig that are known and stay as they are, a name or several;
+            "all" for all of them.
 
     Returns:
         The verdict: outcome, missing effects with intervals, constants of the rig before and
@@ -140,7 +141,8 @@ def diagnose(
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a run that overflows is judged, not warned of
-        known = hold_constants(_get_twin(twin), hold)
+        names = [hold] if isinstance(hold, str) else hold
+        known = hold_constants(_get_twin(twin), names)
         return pipeline.diagnose(_read_all(recordings), known, progress or _ignore)
 
 
