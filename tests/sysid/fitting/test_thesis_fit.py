@@ -10,6 +10,7 @@ from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Recording
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.laws.law import Law
 from pendulum_twin.model import Twin
 
 EVALUATIONS = 250
@@ -78,6 +79,18 @@ def test_signs_are_kept_and_other_effects_left_out_by_name(recording: Recording)
     found = fit_as_thesis(prepare_case([recording], twin), silent, 20)
     assert "cart_sign_inverted" in found.twin.effects and "motor_lag" not in found.twin.effects
     assert found.dropped == ("motor_lag",)
+
+
+def test_measured_laws_are_left_out_by_name(recording: Recording) -> None:
+    """They went without a word, for effects alone were told."""
+    law = Law((-0.3, 0.0, 0.3), (0.5, 0.0, -0.5))
+    lag = {p.name: 0.02 for p in BY_NAME["motor_lag"].parameters}
+    twin = replace(
+        INTECO, effects={"motor_lag": lag}, measured_laws={"cart_force_by_position": law}
+    )
+    found = fit_as_thesis(prepare_case([recording], twin), silent, 1)
+    assert not found.twin.measured_laws
+    assert found.dropped == ("motor_lag", "cart_force_by_position")
 
 
 def test_a_value_at_its_bound_is_told(recording: Recording) -> None:

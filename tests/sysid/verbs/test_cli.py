@@ -26,6 +26,7 @@ from pendulum_sysid.verbs.options import make_parser
 from pendulum_sysid.verdict.record import RecordingFacts, Verdict
 from pendulum_sysid.verdict.scores import BeforeAfter, FitScores
 from pendulum_twin.effects import CATALOGUE
+from pendulum_twin.laws.law import Law
 from pendulum_twin.model import Twin, load_twin, save_twin
 from pendulum_twin.user_effects import take_effects_option
 
@@ -411,6 +412,17 @@ def test_fit_by_the_thesis(capsys: pytest.CaptureFixture[str], tmp_path: Path, b
         and "nothing was held out" in said
     )
     assert "cart_saturating_friction" in load_twin(out).effects
+
+
+def test_what_the_thesis_does_not_have_is_told(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, bag: str
+) -> None:
+    law = Law((-0.3, 0.0, 0.3), (0.5, 0.0, -0.5))
+    save_twin(replace(INTECO, measured_laws={"cart_force_by_position": law}), tmp_path / "t.yaml")
+    words = ["fit", bag, "--twin", str(tmp_path / "t.yaml"), "--out", str(tmp_path / "o.yaml")]
+    assert main([*words, "--method", "thesis", "--max-evaluations", "1"]) == 0
+    said = capsys.readouterr().err
+    assert "has no such effect or measured law: cart_force_by_position" in said
 
 
 def test_fit_of_several_recordings(tmp_path: Path, bag: str, wrong: str) -> None:

@@ -99,8 +99,9 @@ class Moved:
 class ThesisFit:
     """Hold what the search came to.
 
-    before, after: equation 29 on the record that was fitted. dropped: effects of the given twin
-    that the thesis's model does not have.
+    before, after: equation 29 on the record that was fitted.
+    dropped: effects, and then measured laws, of the given twin that the thesis's model does not
+        have.
     """
 
     twin: Twin
@@ -120,9 +121,9 @@ def fit_as_thesis(
     """Find the twin by the thesis's procedure on a recording of cart and pole.
 
     Starts from the constants of the case's twin and the script's friction and dead zones. Inverted
-    signs of the given twin are kept; its other effects and its viscous cart friction make way for
-    the thesis's. Raises WrongUse when cart or pole is missing, or a constant is beyond the
-    script's bounds.
+    signs of the given twin are kept; its other effects, its measured laws and its viscous cart
+    friction make way for the thesis's. Raises WrongUse when cart or pole is missing, or a constant
+    is beyond the script's bounds.
     """
     start = _start(case.twin)
     search = _Search(case, progress)
@@ -149,7 +150,9 @@ def fit_as_thesis(
         evaluations=int(result.nfev),
         converged=bool(result.success),
         dropped=tuple(
-            name for name in case.twin.effects if name not in (*SIGNS, FRICTION, DEAD_ZONES)
+            name
+            for name in (*case.twin.effects, *case.twin.measured_laws)
+            if name not in (*SIGNS, FRICTION, DEAD_ZONES)
         ),
     )
 

@@ -162,7 +162,8 @@ def fit_by_thesis(case: Case, most_evaluations: int, report: Progress) -> Fitted
     result = fit_as_thesis(case, report, most_evaluations)
     if result.dropped:
         say(
-            f"left out, for the thesis's model does not have it: {', '.join(result.dropped)}",
+            "left out, for the thesis's model has no such effect or measured law: "
+            f"{', '.join(result.dropped)}",
             ANSWERED,
         )
     rows = [
