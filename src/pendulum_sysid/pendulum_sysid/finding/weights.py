@@ -17,6 +17,8 @@ from pendulum_sysid.finding.judge import average_over_blocks, compute_log_errors
 from pendulum_sysid.records import Fit
 from pendulum_twin.effects import BY_NAME
 
+SEED = 0  # of the draws
+
 
 @dataclass(frozen=True)
 class WeighedSet:
@@ -30,11 +32,10 @@ class WeighedSet:
     weight: float
 
 
-def weigh_sets(fits: Iterable[Fit], best: Fit, seed: int = 0) -> tuple[WeighedSet, ...]:
+def weigh_sets(fits: Iterable[Fit], best: Fit) -> tuple[WeighedSet, ...]:
     """Return the sets of fits over the horizon of the best fit, the most believed first.
 
     best: the fit that the search ended at; its typical window sets the scale of the errors.
-    seed: of the draws.
 
     A parameter costs what a lead has to gain at least.
     """
@@ -53,7 +54,7 @@ def weigh_sets(fits: Iterable[Fit], best: Fit, seed: int = 0) -> tuple[WeighedSe
         [average_over_blocks(compute_log_errors(fit, best).mean(axis=1)) for fit in candidates]
     )
     losses += cost * np.array([[count_parameters(fit)] for fit in candidates])
-    draws = np.random.default_rng(seed).dirichlet(np.ones(losses.shape[1]), decisions.SET_DRAWS)
+    draws = np.random.default_rng(SEED).dirichlet(np.ones(losses.shape[1]), decisions.SET_DRAWS)
     wins = np.bincount(np.argmin(losses @ draws.T, axis=0), minlength=len(candidates))
     order = np.argsort(-wins, kind="stable")
     return tuple(

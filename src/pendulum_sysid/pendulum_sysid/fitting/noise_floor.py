@@ -15,6 +15,7 @@ from pendulum_twin.arrays import Floats
 from pendulum_twin.signals import Signals
 
 TRIES = 5
+SEED = 0  # of the noise
 
 
 @dataclass(frozen=True)
@@ -29,14 +30,11 @@ class NoiseFloor:
     typical: float
 
 
-def measure_noise_floor(
-    case: Case, theta: Floats, windows: Windows, seed: int = 0
-) -> NoiseFloor | None:
+def measure_noise_floor(case: Case, theta: Floats, windows: Windows) -> NoiseFloor | None:
     """Measure what the case's twin reaches on its own noisy runs through the same windows.
 
     theta: (SIZE,) of the case's twin.
     windows: the windows that the floor is for.
-    seed: of the noise.
 
     None where it cannot be measured: the twin's own runs leave all bounds, or no window is given.
 
@@ -60,7 +58,7 @@ def measure_noise_floor(
     if not np.all(np.isfinite(runs)):
         return None  # a twin that leaves all bounds says nothing about what is possible
     tries = [
-        _replay_perfect(case, pieces, runs, lead, np.random.default_rng((seed, k)))
+        _replay_perfect(case, pieces, runs, lead, np.random.default_rng((SEED, k)))
         for k in range(TRIES)
     ]
     score, typical = (

@@ -19,12 +19,13 @@ from pendulum_twin.arrays import Floats
 from pendulum_twin.free_runs import run_freely
 from pendulum_twin.signals import Signals
 
+SEED = 0  # of the noise
 
-def record_own_runs(case: Case, theta: Floats, windows: Windows, seed: int = 0) -> Case | None:
+
+def record_own_runs(case: Case, theta: Floats, windows: Windows) -> Case | None:
     """Return a case whose recording a twin with this theta (SIZE,) has made, a stretch a window.
 
     windows: of the case's recording, which the runs follow.
-    seed: of the noise.
 
     None where the twin's own runs leave all bounds, or no window is given.
     """
@@ -33,7 +34,7 @@ def record_own_runs(case: Case, theta: Floats, windows: Windows, seed: int = 0) 
     pieces, runs = run_own(case, theta, windows)
     if not np.all(np.isfinite(runs)):
         return None
-    return record_runs(case, pieces, runs, np.random.default_rng(seed))
+    return record_runs(case, pieces, runs, np.random.default_rng(SEED))
 
 
 def run_own(case: Case, theta: Floats, windows: Windows) -> tuple[Signals, Floats]:

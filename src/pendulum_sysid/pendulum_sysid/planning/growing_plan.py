@@ -104,20 +104,19 @@ class Setting:
 
 
 def grow_plan(
-    case: Case, best: Fit, aims: Sequence[Aim], room: Envelope, seconds: float, seed: int
+    case: Case, best: Fit, aims: Sequence[Aim], room: Envelope, seconds: float
 ) -> GrownPlan | None:
     """Return the plan that serves all aims best; None where every phase leads off the rail.
 
     best: fit whose noise and pieces the plan is judged with.
     room: limits of rail and command.
     seconds: length of the plan, SHORTEST_S at least.
-    seed: draws the phases of tones and the sizes of steps.
 
     Raises BadInputError for a rate that no plan may have.
     """
     setting = _make_setting(case, best, aims, room)
     count = max(1, round((seconds - PUSH_S - REST_S) / PHASE_S))
-    candidates = list_phases(room, (seconds - PUSH_S - REST_S) / count, setting.rate_hz, seed)
+    candidates = list_phases(room, (seconds - PUSH_S - REST_S) / count, setting.rate_hz)
     phases: list[Phase] = [Push(seconds=PUSH_S)]
     lanes = make_hanging_lanes(setting.movers, 1 / setting.rate_hz)
     pieces = [_play_last_phase(setting, phases, lanes)]

@@ -51,7 +51,6 @@ def plan_next_experiment(
     ties: Sequence[Tie],
     goal: str | None = None,
     seconds: float = SECONDS,
-    seed: int = 0,
     bands: Mapping[str, Floats] | None = None,
 ) -> Next:
     """Return the next experiment after a diagnosis.
@@ -60,7 +59,6 @@ def plan_next_experiment(
     ties: effects that it could not part, see `identifiability.find_ties`.
     goal: "tie", "interval", "law", or None for what is tied, or else for wide intervals and bands.
     seconds: length of the plan.
-    seed: draws what is random in a plan; the same inputs and seed give the same plan.
     bands: measured law of the fit -> (knots,) half widths of its band, in the unit of its values.
 
     Raises WrongUse for a plan too short for a push, a phase and a rest.
@@ -68,15 +66,13 @@ def plan_next_experiment(
     check_seconds(seconds)
     never = [describe_never_parted(tie) for tie in ties if tie.by_no_motion]
     tied = _list_partings(case, split, best, ties) if goal in (None, "tie") else []
-    parting = (
-        _plan_for(case, best, tied, seconds, seed, never) if tied else Next(None, " ".join(never))
-    )
+    parting = _plan_for(case, best, tied, seconds, never) if tied else Next(None, " ".join(never))
     if parting.plan is not None or goal == "tie":
         return parting if parting.why else Next(None, NOTHING_TIED)
     wide = _list_wide(case, split, best, bands or {}, goal)
     if wide:
         said = [parting.why] if parting.why else []
-        narrowing = _plan_for(case, best, wide, seconds, seed, said)
+        narrowing = _plan_for(case, best, wide, seconds, said)
         return parting if tied and narrowing.plan is None else narrowing
     if goal == "law":
         return Next(None, NO_LAW)
@@ -92,7 +88,7 @@ def check_seconds(seconds: float) -> None:
 
 
 def _plan_for(
-    case: Case, best: Fit, aims: Sequence[Aim], seconds: float, seed: int, said: Sequence[str]
+    case: Case, best: Fit, aims: Sequence[Aim], seconds: float, said: Sequence[str]
 ) -> Next:
     """Return the plan for the aims, without the ties that no plan of this length parts.
 
@@ -101,7 +97,7 @@ def _plan_for(
     if case.signals.cart is None:
         return Next(None, " ".join([LOCKED, *said]))
     try:
-        grown = grow_plan(case, best, aims, make_envelope(case.twin.rig), seconds, seed)
+        grown = grow_plan(case, best, aims, make_envelope(case.twin.rig), seconds)
     except BadInputError as error:  # no known rail, or a rate that no plan may have
         return Next(None, " ".join([f"No plan can be made: {error}.", *said]))
     if grown is None:
@@ -126,7 +122,7 @@ def _plan_for(
     others = [aim for aim in aims if aim.subject not in hopeless | unfixed]
     if not others:
         return Next(None, " ".join(said))
-    return _plan_for(case, best, others, seconds, seed, said)
+    return _plan_for(case, best, others, seconds, said)
 
 
 def _list_partings(case: Case, split: Split, best: Fit, ties: Sequence[Tie]) -> list[Aim]:

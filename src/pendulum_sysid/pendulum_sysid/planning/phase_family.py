@@ -14,15 +14,15 @@ HOLDS_S = (0.12, 0.45)
 SWINGS = (1, 2)
 PULSE_S, PAUSE_S = 0.15, 0.6
 DECIMALS = 4
+SEED = 0  # of the phases of tones and the sizes of steps
 
 
-def list_phases(room: Envelope, seconds: float, rate_hz: float, seed: int) -> list[Phase]:
+def list_phases(room: Envelope, seconds: float, rate_hz: float) -> list[Phase]:
     """Return the candidate phases.
 
     room: limits of rail and command.
     seconds: length of each phase.
     rate_hz: rate of the plan.
-    seed: draws the phases of tones and the sizes of steps.
 
     A simulation has to say whether the rail is long enough for a phase.
     """
@@ -35,9 +35,9 @@ def list_phases(room: Envelope, seconds: float, rate_hz: float, seed: int) -> li
             if max(a, b) <= rate_hz / 4
         ]
         if rate_hz >= 4 * 3.37:
-            phases.append(Multisine(seconds=seconds, amplitude=amplitude, seed=seed))
+            phases.append(Multisine(seconds=seconds, amplitude=amplitude, seed=SEED))
         phases += [
-            Steps(seconds=seconds, amplitude=amplitude, hold_s=hold, seed=seed) for hold in HOLDS_S
+            Steps(seconds=seconds, amplitude=amplitude, hold_s=hold, seed=SEED) for hold in HOLDS_S
         ]
         phases += [
             FreeDecay(seconds=seconds, amplitude=amplitude, swings=swings)
