@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 
 from pendulum_sysid import decisions
 from pendulum_sysid.fleet.history import PRESENCE, WEEK_S, Size
-from pendulum_sysid.telling.svg import ACCENT, INK, PALE, SOFT, STYLE, render_svg, thin_out
+from pendulum_sysid.telling.svg import STYLE, render_svg, thin_out
+from pendulum_sysid.verdict.look import ACCENT, INK, PALE, SOFT
 from pendulum_twin.arrays import Floats
 
 HOUR_S, DAY_S = 3600.0, 86_400.0

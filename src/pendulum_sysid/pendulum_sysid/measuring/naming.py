@@ -90,7 +90,10 @@ def _try_shapes(
     covariance: Floats,
     inflation: float,
 ) -> tuple[Fit, Curve, FittedShape | None]:
-    """Return the fit, curve and shape of the first shape that runs cannot tell from the curve."""
+    """Return the fit, curve and shape of the best shape that runs cannot tell from the curve.
+
+    The shapes nearest to the curve are tried; without such a shape the fit and the curve stay.
+    """
     slack = (decisions.SHAPE_SLACK * float(np.ptp(values))) ** 2 * np.eye(len(values))
     ranked = rank_shapes(select_shapes(curve.kind), curve.knots, values, covariance + slack)
     tried = []

@@ -13,14 +13,14 @@ from matplotlib.figure import Figure
 from pendulum_sysid.errors import WrongUse
 from pendulum_sysid.fitting.window_runs import JOINTS, UNITS, WindowRuns
 from pendulum_sysid.telling.output_files import write_bytes
-from pendulum_twin.arrays import Floats
+from pendulum_sysid.verdict.look import ACCENT, INK, keep_drawable
 
 SHOWN = 4  # windows drawn in full
 FORMATS = (".png", ".svg", ".pdf")
 MEASURED: dict[str, Any] = {"color": "0.7", "linewidth": 4.0}
 STYLES: tuple[dict[str, Any], ...] = (
-    {"color": "black", "linewidth": 1.2, "linestyle": "--"},
-    {"color": "#0b5cad", "linewidth": 1.4},
+    {"color": INK, "linewidth": 1.2, "linestyle": "--"},
+    {"color": ACCENT, "linewidth": 1.4},
 )
 MARGIN = 0.5  # of the measured range, above and below it: a run that leaves is cut off there
 
@@ -75,7 +75,7 @@ def _draw_window(
     measured = np.where(counts, first.measured[window, :, channel], np.nan)
     axes.plot(times, measured, label="measured", **MEASURED)
     for name, run, style in zip(names, runs, STYLES, strict=True):
-        axes.plot(times, _keep_drawable(run.runs[window, :, channel]), label=name, **style)
+        axes.plot(times, keep_drawable(run.runs[window, :, channel]), label=name, **style)
     low, high = np.nanmin(measured), np.nanmax(measured)
     room = MARGIN * (high - low) or 1e-6
     axes.set_ylim(low - room, high + room)
@@ -94,7 +94,7 @@ def _draw_errors(
     for name, run, style in zip(names, runs, STYLES, strict=True):
         axes.plot(
             run.begin_s,
-            _keep_drawable(run.window_rmse[:, channel]),
+            keep_drawable(run.window_rmse[:, channel]),
             marker=".",
             label=name,
             **style,
@@ -104,8 +104,3 @@ def _draw_errors(
     axes.set_xlabel("start of the window (s)")
     axes.set_ylabel(label)
     axes.legend(fontsize="small")
-
-
-def _keep_drawable(values: Floats) -> Floats:
-    """Return values with NaN where a run has diverged beyond what can be drawn."""
-    return np.where(np.abs(values) < 1e30, values, np.nan)

@@ -11,9 +11,10 @@ from matplotlib.figure import Figure
 
 from pendulum_sysid.telling.display import format_unit
 from pendulum_sysid.telling.report_data import list_tracks, thin_motion
-from pendulum_sysid.telling.svg import ACCENT, PALE, STYLE, render_svg
+from pendulum_sysid.telling.svg import STYLE, render_svg
 from pendulum_sysid.telling.window_list import HELD_OUT, WindowRow
 from pendulum_sysid.verdict.drawn import Motion
+from pendulum_sysid.verdict.look import ACCENT, PALE
 
 MARGINS = {"left": 0.09, "right": 0.99, "top": 0.98, "hspace": 0.18}
 LINE = {"color": ACCENT, "linewidth": 0.7}

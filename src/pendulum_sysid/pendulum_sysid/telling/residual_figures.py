@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import matplotlib.style
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from pendulum_sysid.telling.display import format_unit
-from pendulum_sysid.telling.svg import ACCENT, AFTER, BEFORE, SOFT, STYLE, render_svg
+from pendulum_sysid.telling.svg import AFTER, BEFORE, STYLE, render_svg
 from pendulum_sysid.verdict.drawn import ResidualTest
+from pendulum_sysid.verdict.look import ACCENT, SOFT, keep_drawable_on_log_scale
 from pendulum_twin.arrays import Floats
 
 MARGINS = {"left": 0.07, "right": 0.99, "bottom": 0.22, "top": 0.88, "wspace": 0.26}
@@ -50,8 +50,7 @@ def _draw_spectrum(axes: Axes, test: ResidualTest) -> None:
     axes.set_title(f"spectrum of the error ({unit}/√Hz)")
     axes.set_xlabel("frequency (Hz)")
     for values, look in ((test.before, BEFORE), (test.after, AFTER)):
-        drawable = np.where(np.isfinite(values) & (values > 0) & (values < 1e12), values, np.nan)
-        axes.plot(test.frequencies_hz, drawable, **look)
+        axes.plot(test.frequencies_hz, keep_drawable_on_log_scale(values), **look)
     axes.axhline(test.noise, color=SOFT, linewidth=0.7, linestyle=":")
     axes.set_xscale("log")
     axes.set_yscale("log")

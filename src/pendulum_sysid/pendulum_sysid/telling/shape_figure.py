@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pendulum_sysid.records import Evidence
-from pendulum_sysid.telling.svg import ACCENT, AFTER, SOFT, STYLE, render_svg, thin_out
+from pendulum_sysid.telling.svg import AFTER, STYLE, render_svg, thin_out
+from pendulum_sysid.verdict.look import ACCENT, SOFT
 from pendulum_twin.arrays import Floats
 
 MARGINS = {"left": 0.17, "right": 0.98, "bottom": 0.19, "top": 0.96}

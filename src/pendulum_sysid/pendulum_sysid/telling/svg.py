@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from pendulum_sysid.verdict.look import ACCENT, INK, PALE, SOFT
 from pendulum_twin.arrays import Floats, Ints
 
 POINTS = 160  # most points that a line is drawn with
-INK, SOFT, PALE, ACCENT = "#16191d", "#59636e", "#b4bcc5", "#0b5cad"
 VARIABLES = {INK: "ink", SOFT: "soft", PALE: "pale", ACCENT: "accent"}  # of the page's style sheet
 MEASURED: dict[str, Any] = {"color": PALE, "linewidth": 4.0, "solid_capstyle": "round"}
 BEFORE: dict[str, Any] = {"color": INK, "linewidth": 1.1, "linestyle": (0, (3.5, 2.0))}

@@ -17,15 +17,14 @@ from pendulum_sysid.telling.svg import (
     AFTER,
     BEFORE,
     MEASURED,
-    PALE,
     POINTS,
-    SOFT,
     STYLE,
     find_largest,
     render_svg,
     thin_out,
 )
 from pendulum_sysid.telling.window_list import compute_rmse
+from pendulum_sysid.verdict.look import PALE, SOFT, keep_drawable_on_log_scale
 from pendulum_twin.arrays import Floats, Ints, Mask
 
 WINDOWS = 6  # windows that are drawn in detail
@@ -75,7 +74,7 @@ def draw_errors(overlay: Overlay, intervals_s: Sequence[Sequence[float]]) -> str
         figure.subplots_adjust(**ERROR_MARGINS)
         for begin, end in intervals_s:
             axes.axvspan(begin, end, facecolor="none", edgecolor=PALE, hatch="////", linewidth=0)
-        before, after = _keep_drawable(before), _keep_drawable(after)
+        before, after = keep_drawable_on_log_scale(before), keep_drawable_on_log_scale(after)
         axes.plot(times, before, marker="o", markersize=3.5, markerfacecolor="white", **BEFORE)
         axes.plot(times, after, marker="o", markersize=3, **AFTER)
         if np.any(np.isfinite([before, after])):
@@ -190,7 +189,3 @@ def _keep_near(values: Floats, low: float, high: float) -> Floats:
 
 def _is_outside(values: Floats, low: float, high: float) -> Mask:
     return ~((values >= low) & (values <= high))
-
-
-def _keep_drawable(values: Floats) -> Floats:
-    return np.where(np.isfinite(values) & (values > 0) & (values < 1e12), values, np.nan)

@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pendulum_sysid.records import Evidence, Overlay
+from pendulum_sysid.verdict.look import ACCENT, INK, keep_drawable
 from pendulum_sysid.verdict.record import Verdict
 
 WINDOWS = 3  # held-out windows drawn a joint, spread over the recording
@@ -44,8 +45,8 @@ def _draw_overlay(row: np.ndarray, overlay: Overlay) -> None:
     for axes, k in zip(row, chosen, strict=True):
         t, measured = overlay.times_s[k], overlay.measured[k]
         axes.plot(t, measured, color="0.7", linewidth=4, label="measured")
-        axes.plot(t, _hide_diverged(overlay.before[k]), color="black", ls="--", label="before")
-        axes.plot(t, _hide_diverged(overlay.after[k]), color="#0b5cad", label="after")
+        axes.plot(t, keep_drawable(overlay.before[k]), color=INK, ls="--", label="before")
+        axes.plot(t, keep_drawable(overlay.after[k]), color=ACCENT, label="after")
         low, high = np.nanmin(measured), np.nanmax(measured)
         room = MARGIN * (high - low) or 1e-6
         axes.set_ylim(low - room, high + room)
@@ -58,12 +59,8 @@ def _draw_shape(axes: Axes, evidence: Evidence) -> None:
     x, y = evidence.shape_x[order], evidence.shape_y[order]
     if evidence.shape_band.shape == evidence.shape_y.shape:
         band = evidence.shape_band[order]
-        axes.fill_between(x, y - band, y + band, color="#0b5cad", alpha=0.15, linewidth=0)
-    axes.plot(x, y, color="#0b5cad", marker=".")
+        axes.fill_between(x, y - band, y + band, color=ACCENT, alpha=0.15, linewidth=0)
+    axes.plot(x, y, color=ACCENT, marker=".")
     axes.axhline(0.0, color="0.7", linewidth=0.6)
     axes.set_xlabel(evidence.shape_axis or evidence.variable)
     axes.set_ylabel(f"{evidence.shape_of} ({evidence.shape_unit})".replace(" ()", ""))
-
-
-def _hide_diverged(values: np.ndarray) -> np.ndarray:
-    return np.where(np.abs(values) < 1e30, values, np.nan)

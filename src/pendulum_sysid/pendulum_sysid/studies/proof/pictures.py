@@ -10,7 +10,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-from pendulum_sysid.telling.svg import ACCENT, INK, PALE, SOFT, STYLE, render_svg
+from pendulum_sysid.telling.svg import STYLE, render_svg
+from pendulum_sysid.verdict.look import ACCENT, INK, PALE, SOFT
 
 STRIP_IN = (2.7, 0.24)
 SQUARE_IN = (3.2, 3.2)
