@@ -16,16 +16,16 @@ from pendulum_sysid.beside_laws import (
 from pendulum_sysid.finding import naming
 from pendulum_sysid.finding.environments import Steadiness
 from pendulum_sysid.finding.judge import Lead
-from pendulum_sysid.finding.localisation.shape_check import Misfit
+from pendulum_sysid.finding.localisation.shape_check import WrongShape
 from pendulum_sysid.finding.naming import Named
 from pendulum_sysid.finding.replication import Replication
 from pendulum_sysid.records import Estimate
 from pendulum_sysid.telling.outcome import Findings
 from pendulum_twin.effects.effect import Scale
 
-OFFSET = Misfit("angle_offset", 0.04, "pole_rate*pole_angle", "pole")
-FRICTION = Misfit("cart_coulomb_friction", 0.1, "pole_angle", "cart")
-DISC = Misfit("eccentric_encoder", 0.1, "pole_angle", "sensor")
+OFFSET = WrongShape("angle_offset", 0.04, "pole_rate*pole_angle", "pole")
+FRICTION = WrongShape("cart_coulomb_friction", 0.1, "pole_angle", "cart")
+DISC = WrongShape("eccentric_encoder", 0.1, "pole_angle", "sensor")
 CART_LAW, TURN_LAW = ("cart_drag_by_pole_rate",), ("angle_error_over_turn",)
 RAIL_LAW = ("position_error_along_rail",)
 
@@ -49,8 +49,8 @@ RAIL_LAW = ("position_error_along_rail",)
 )  # fmt: skip
 def test_a_law_takes_a_wrong_shape_away_elsewhere_or_from_what_the_twin_needs(
     monkeypatch: pytest.MonkeyPatch,
-    before: Misfit,
-    beside: Misfit | None,
+    before: WrongShape,
+    beside: WrongShape | None,
     laws: tuple[str, ...],
     is_needed: bool,
     steady: bool,
@@ -58,9 +58,11 @@ def test_a_law_takes_a_wrong_shape_away_elsewhere_or_from_what_the_twin_needs(
 ) -> None:
     needed = (before.effect,) if is_needed else ()
     monkeypatch.setattr(beside_laws, "measure_remainders", lambda *about: [])
-    monkeypatch.setattr(beside_laws, "find_misfits", lambda *about: [beside] if beside else [])
+    monkeypatch.setattr(
+        beside_laws, "find_wrong_shapes", lambda *about: [beside] if beside else []
+    )
     named = (SimpleNamespace(effect=before.effect, is_steady=steady),)
-    findings = SimpleNamespace(case=None, base=None, misfits=(before,), named=named)
+    findings = SimpleNamespace(case=None, base=None, wrong_shapes=(before,), named=named)
     fit = SimpleNamespace(theta=np.zeros(1))
     shapes = ask_shapes_again(findings, fit, named, needed, laws)
     assert shapes == ((before,) if stands else ())
@@ -83,8 +85,8 @@ def test_one_law_that_explains_all_errors_leaves_in_doubt_what_it_can_hold(
 
 def test_the_shape_of_a_name_that_laws_made_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(beside_laws, "measure_remainders", lambda *about: [])
-    monkeypatch.setattr(beside_laws, "find_misfits", lambda *about: [FRICTION])
-    findings = SimpleNamespace(case=None, base=None, misfits=(), named=())
+    monkeypatch.setattr(beside_laws, "find_wrong_shapes", lambda *about: [FRICTION])
+    findings = SimpleNamespace(case=None, base=None, wrong_shapes=(), named=())
     fit = SimpleNamespace(theta=np.zeros(1))
     named = (SimpleNamespace(effect=FRICTION.effect, is_steady=True),)
     assert ask_shapes_again(findings, fit, named, (), ()) == (FRICTION,)

@@ -12,8 +12,8 @@ from pendulum_sysid.finding.given_twin import is_surely_behind
 from pendulum_sysid.finding.localisation.inspection import inspect_twin
 from pendulum_sysid.finding.localisation.localise import localise
 from pendulum_sysid.finding.localisation.shape_check import (
-    Misfit,
-    find_misfits,
+    WrongShape,
+    find_wrong_shapes,
     measure_remainders,
 )
 from pendulum_sysid.finding.naming import (
@@ -111,7 +111,7 @@ def add_laws(findings: Findings, split: Split, measured: Measured) -> Findings:
     fit, at_noise = widen_intervals(case, split, fit), is_at_noise(case, split, fit, floor)
     fit = join_intervals(fit, findings.best, list_doubtful_sizes(measured, at_noise))
     sure, perhaps, needed = ask_names_again(findings, split, measured, fit)
-    misfits = ask_shapes_again(findings, fit, sure, needed, measured.kinds)
+    wrong_shapes = ask_shapes_again(findings, fit, sure, needed, measured.kinds)
     fit, sure = add_readings(case, fit, sure)
     improved = replace(case, twin=fit.twin)
     after = run_parts(improved, split)
@@ -119,7 +119,7 @@ def add_laws(findings: Findings, split: Split, measured: Measured) -> Findings:
         findings,
         named=sure,
         perhaps=perhaps,
-        misfits=misfits,
+        wrong_shapes=wrong_shapes,
         laws=widen_bands(measured),
         with_laws=fit,
         needed=needed if at_noise else (),
@@ -177,12 +177,12 @@ def ask_names_again(
     above = fit.choose > decisions.MISFIT_AT_NOISE
     stand_ins = list_stand_ins(measured, {name: without[name] for name in needed})
     cancelled = list_cancelled(case, fit) if above else ()
-    unlike = {*lesser, *stand_ins, *cancelled, *(name for name in sized if name not in needed)}
-    idle = tuple(e for e in sure if e.effect in unlike)
+    refuted = {*lesser, *stand_ins, *cancelled, *(name for name in sized if name not in needed)}
+    idle = tuple(e for e in sure if e.effect in refuted)
     regained = tuple(
         replace(e, is_sure=True, is_cancelled=False)
         for e in doubtful
-        if e.effect in needed and e.is_steady and e.effect not in unlike
+        if e.effect in needed and e.is_steady and e.effect not in refuted
     )
     back = {effect.effect for effect in regained}
     return (
@@ -198,8 +198,8 @@ def ask_shapes_again(
     named: Sequence[Named],
     needed: Collection[str],
     kinds: Collection[str],
-) -> tuple[Misfit, ...]:
-    """Return the misfits that laws at other places than the name's do not take away.
+) -> tuple[WrongShape, ...]:
+    """Return the wrong shapes that laws at other places than the name's do not take away.
 
     Those of effects that only laws made names are among them.
 
@@ -214,20 +214,20 @@ def ask_shapes_again(
     names = [effect.effect for effect in named]
     lasting = {e.effect for e in named if e.effect in needed and e.is_steady}
     before = {effect.effect for effect in findings.named}
-    if not findings.misfits and before.issuperset(names):
+    if not findings.wrong_shapes and before.issuperset(names):
         return ()
     remainders = measure_remainders(findings.case, fit)
-    misfits = find_misfits(findings.case, fit.theta, remainders, names)
-    still = {(misfit.effect, misfit.place) for misfit in misfits}
+    shapes = find_wrong_shapes(findings.case, fit.theta, remainders, names)
+    still = {(wrong.effect, wrong.place) for wrong in shapes}
     places = {LAWS_BY_NAME[name].place for name in kinds}
     kept = (
-        misfit
-        for misfit in findings.misfits
-        if (misfit.effect, misfit.place) in still
+        wrong
+        for wrong in findings.wrong_shapes
+        if (wrong.effect, wrong.place) in still
         or (
-            EFFECTS[misfit.effect].place in places
-            and misfit.effect not in lasting
-            and not is_left_parts(misfit.effect, kinds)
+            EFFECTS[wrong.effect].place in places
+            and wrong.effect not in lasting
+            and not is_left_parts(wrong.effect, kinds)
         )
     )
-    return (*kept, *(misfit for misfit in misfits if misfit.effect not in before))
+    return (*kept, *(wrong for wrong in shapes if wrong.effect not in before))

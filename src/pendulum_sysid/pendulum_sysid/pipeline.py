@@ -15,7 +15,7 @@ from pendulum_sysid.finding.detectors import Use, read_effects
 from pendulum_sysid.finding.given_twin import is_ahead_by_chance, is_surely_behind, take_given_twin
 from pendulum_sysid.finding.localisation.inspection import inspect_twins
 from pendulum_sysid.finding.localisation.localise import localise
-from pendulum_sysid.finding.localisation.shape_check import find_misfits, measure_remainders
+from pendulum_sysid.finding.localisation.shape_check import find_wrong_shapes, measure_remainders
 from pendulum_sysid.finding.search import Answer, search_in_place
 from pendulum_sysid.finding.settled_search import search_settled
 from pendulum_sysid.finding.stages import Stage
@@ -91,11 +91,11 @@ def explain_answer(prepared: Prepared, answer: Answer, progress: Progress) -> Fi
     findings = plan_next(findings, split)
     if runs_at_noise(findings):
         return findings
-    improved = replace(case, twin=findings.final.twin)
+    improved = replace(case, twin=findings.improved.twin)
     findings = replace(findings, repeats=measure_repeatability(improved))
-    if findings.final.choose <= decisions.MISFIT_AT_NOISE:  # too little for the size of a force
+    if findings.improved.choose <= decisions.MISFIT_AT_NOISE:  # too little for the size of a force
         return findings
-    wandering = measure_latent_force(improved, split, findings.final.theta)
+    wandering = measure_latent_force(improved, split, findings.improved.theta)
     return replace(findings, wandering=wandering)
 
 
@@ -179,7 +179,7 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
         after=after,
         floor=measure_noise_floor(replace(case, twin=best.twin), best.theta, split.held_out),
         ties=answer.ties,
-        misfits=tuple(find_misfits(case, best.theta, remainders, names)),
+        wrong_shapes=tuple(find_wrong_shapes(case, best.theta, remainders, names)),
         learned_misfit=learned_misfit,
         held_out_misfit=held_out_misfit,
         given_stays=given_stays,

@@ -17,7 +17,7 @@ from pendulum_sysid.finding.journal import Search
 from pendulum_sysid.finding.localisation.inspection import inspect_twin
 from pendulum_sysid.finding.localisation.localise import localise
 from pendulum_sysid.finding.localisation.shape_check import (
-    find_misfits,
+    find_wrong_shapes,
     measure_remainders,
 )
 from pendulum_sysid.finding.signs import fit_parameters_alone
@@ -77,7 +77,7 @@ class Diagnosed:
         """Return the names whose shape is wrong; "all" where they explain too little."""
         names = tuple(n for n in self.named.effects if n not in self.base.effects)
         remainders = measure_remainders(self.case, self.named)
-        misfits = find_misfits(self.case, self.named.theta, remainders, names)
+        misfits = find_wrong_shapes(self.case, self.named.theta, remainders, names)
         explained = 1.0 - (self.named.choose / self.base.choose) ** 2
         little = explained < decisions.LEAST_EXPLAINED_SHARE
         above_noise = self.named.choose > decisions.MISFIT_AT_NOISE

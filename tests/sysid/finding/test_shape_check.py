@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.made_recordings import CART_NOISE_M, INTECO, PERIOD_S, made_states, sweep
 
-from pendulum_sysid.finding.localisation.shape_check import find_misfits, measure_remainders
+from pendulum_sysid.finding.localisation.shape_check import find_wrong_shapes, measure_remainders
 from pendulum_sysid.fitting.fit import HORIZONS, fit
 from pendulum_sysid.fitting.split import split_windows
 from pendulum_sysid.prepare import prepare_case
@@ -32,4 +32,4 @@ def test_friction_of_a_cart_that_hardly_moves_is_no_other_law(
     alone = fit(case, split, (), make_theta(INTECO), HORIZONS[0])
     named = fit(case, split, (NAME,), make_theta(rig), HORIZONS[0])
     assert named.choose < 1.5 < alone.choose
-    assert not find_misfits(case, named.theta, measure_remainders(case, named), [NAME])
+    assert not find_wrong_shapes(case, named.theta, measure_remainders(case, named), [NAME])

@@ -174,6 +174,6 @@ def test_an_effect_that_few_parts_show_again_leaves_its_errors_unexplained(
     """Two runs of two rigs in a file: a drift of the gain, 1 part of 3, stood for all errors."""
     blank: dict[str, Any] = dict.fromkeys(Findings.__dataclass_fields__)
     fit = namedtuple("fit", "choose")
-    blank |= {"named": (), "misfits": (), "learned_misfit": 1.0}
+    blank |= {"named": (), "wrong_shapes": (), "learned_misfit": 1.0}
     findings = Findings(**{**blank, "base": fit(50.0), "best": fit(remains)})
     assert decide_outcome(findings) is outcome

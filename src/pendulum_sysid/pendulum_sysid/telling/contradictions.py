@@ -30,7 +30,7 @@ def describe_contradictions(findings: Findings) -> tuple[str, ...]:
 
 
 def _describe_far(constant: Free, findings: Findings) -> str:
-    after = findings.final.estimates[constant.name]
+    after = findings.improved.estimates[constant.name]
     half = max(after.high - after.value, after.value - after.low) / decisions.INTERVAL_DEVIATIONS
     distance = abs(after.value - constant.believed) / float(np.hypot(half, constant.spread))
     if not after.identifiable or distance < decisions.CONTRADICTED_DEVIATIONS:
@@ -68,7 +68,7 @@ def compute_cart_mass(findings: Findings, factor: float) -> float:
 
 def _measure_factors(findings: Findings) -> dict[str, tuple[float, float] | None]:
     """Return the logarithm of each constant's change with its deviation; empty without a pole."""
-    rig, estimates = findings.case.twin.rig, findings.final.estimates
+    rig, estimates = findings.case.twin.rig, findings.improved.estimates
     if not (rig.has_cart and rig.has_pole) or findings.case.twin.spreads:
         return {}
     return {name: _measure_factor(getattr(rig, name), estimates[name]) for name in CONSTANTS}

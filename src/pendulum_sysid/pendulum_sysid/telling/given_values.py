@@ -35,7 +35,7 @@ def compare_effect_parameters(findings: Findings) -> dict[str, RigParameter]:
         )
         for name in given
         for p in BY_NAME[name].parameters
-        if (after := findings.final.estimates.get(f"{name}.{p.name}")) is not None
+        if (after := findings.improved.estimates.get(f"{name}.{p.name}")) is not None
     }
 
 
@@ -91,7 +91,7 @@ def _compare_constant(constant: Free, findings: Findings) -> RigParameter:
     twin = findings.case.twin
     base, after = (
         convert_distance(fit.estimates, twin, fit.twin)[constant.name]
-        for fit in (findings.base, findings.final)
+        for fit in (findings.base, findings.improved)
     )
     return _compare(float(constant.get(make_theta(twin))), base, after, constant.unit)
 

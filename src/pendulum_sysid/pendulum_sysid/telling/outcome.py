@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.changed_rig import ChangedRig
 from pendulum_sysid.finding.detectors import Reading
-from pendulum_sysid.finding.localisation.shape_check import Misfit
+from pendulum_sysid.finding.localisation.shape_check import WrongShape
 from pendulum_sysid.finding.search import Named
 from pendulum_sysid.finding.separation import Tie, find_stand_in
 from pendulum_sysid.finding.weights import WeighedSet
@@ -32,22 +32,22 @@ class Findings:
 
     case: the recording and the twin as given.
     base: fit of the rig's constants alone.
-    best: final fit, with the named effects.
-    named: effects that the final fit has and the given twin has not.
+    best: fit of constants and effects, without measured laws.
+    named: effects of the best fit that the given twin lacks.
     location: what the errors of the base fit depend on.
-    remains: what the errors of the final fit depend on.
+    remains: what the errors of the improved twin depend on.
     before, after: free runs of the given and of the improved twin, by "train", "learn" (all
         windows that are not held out) and "held_out".
     floor: what a perfect model reaches on this recording; None where that cannot be measured.
-    misfits: named effects whose law does not have the shape that is seen; no misfit numbers.
-    learned_misfit: of the final fit over windows of full length, their start states fitted.
+    wrong_shapes: named effects whose law does not have the shape that is seen.
+    learned_misfit: of the best fit over windows of full length, their start states fitted.
     held_out_misfit: the same of the windows that are left out.
     law_misfits: both of the fit with measured laws; None without laws.
-    perhaps: effects of the final fit that are not sure enough to be named.
+    perhaps: effects of the best fit that are not sure enough to be named.
     sets: the sets of effects that were tried, and how much each is believed.
     certain: what detectors are certain of, asked only where the rest has no name.
     laws: measured laws of the improved twin, for what has no name.
-    with_laws: the final fit with these laws beside its effects; None without laws.
+    with_laws: fit of constants, effects and these laws; None without laws.
     needed: named effects that the twin needs beside laws that bring it to the noise.
     repeats: how much of the improved twin's error comes again; None where no motion does.
     wandering: the force that would make up for what the improved twin lacks; None at the noise.
@@ -55,7 +55,7 @@ class Findings:
         is the given twin then.
     base_runs: free runs of the constants alone, over windows one after another; None if not asked.
     change: how the rig changed between its recordings; None where nothing says so.
-    ties: effects of the final fit that another effect could stand for.
+    ties: effects of the best fit that another effect could stand for.
     coming: plan of the next experiment.
     """
 
@@ -68,7 +68,7 @@ class Findings:
     before: dict[str, WindowRuns]
     after: dict[str, WindowRuns]
     floor: NoiseFloor | None
-    misfits: tuple[Misfit, ...] = ()
+    wrong_shapes: tuple[WrongShape, ...] = ()
     learned_misfit: float = 1.0
     held_out_misfit: float = 1.0
     law_misfits: tuple[float, float] | None = None
@@ -87,8 +87,8 @@ class Findings:
     coming: Next = NOT_PLANNED
 
     @property
-    def final(self) -> Fit:
-        """Return the fit of the improved twin: the final fit, with measured laws if there are."""
+    def improved(self) -> Fit:
+        """Return the fit of the improved twin: with measured laws, or else the best fit."""
         return self.with_laws or self.best
 
     @property
@@ -112,7 +112,7 @@ def decide_outcome(findings: Findings) -> Outcome:
     4. `nothing_missing`.
     """
     physics = [effect for effect in findings.named if is_motion_effect(effect.effect)]
-    if findings.misfits or explains_too_little(findings):
+    if findings.wrong_shapes or explains_too_little(findings):
         return Outcome.NOT_IN_CATALOGUE
     if any(effect.inseparable_from for effect in physics):
         return Outcome.AMBIGUOUS
@@ -122,7 +122,7 @@ def decide_outcome(findings: Findings) -> Outcome:
 def explains_too_little(findings: Findings) -> bool:
     """Return whether errors remain of which the named effects explain too little.
 
-    What the final fit holds but cannot name explains nothing.
+    What the best fit holds but cannot name explains nothing.
     """
     share = compute_explained_share(findings) if findings.named else 0.0
     little = share < decisions.LEAST_EXPLAINED_SHARE
@@ -140,9 +140,9 @@ def list_told(findings: Findings) -> tuple[Named, ...]:
     """
     if decide_outcome(findings) is not Outcome.NOT_IN_CATALOGUE:
         return findings.named
-    doubtful = {misfit.effect for misfit in findings.misfits}
+    doubtful = {wrong.effect for wrong in findings.wrong_shapes}
     places = {BY_NAME[name].place for name in doubtful} | {
-        Place(misfit.place) for misfit in findings.misfits
+        Place(wrong.place) for wrong in findings.wrong_shapes
     }
     certain = {
         name
@@ -183,7 +183,7 @@ def is_motion_effect(name: str) -> bool:
 
 
 def is_above_noise(findings: Findings) -> bool:
-    """Return whether the final fit leaves errors beyond the noise of the sensors."""
+    """Return whether the best fit leaves errors beyond the noise of the sensors."""
     return findings.best.choose > decisions.MISFIT_AT_NOISE
 
 
@@ -203,7 +203,7 @@ def runs_at_noise(findings: Findings) -> bool:
     nothing about the twin. The pieces of windows, over which a fit may go, hide what grows slowly:
     whole windows are asked as well, those that were learned on and those that are held out.
     """
-    misfits = (findings.final.choose, *findings.whole_misfits)
+    misfits = (findings.improved.choose, *findings.whole_misfits)
     return all(misfit <= decisions.MISFIT_AT_NOISE for misfit in misfits)
 
 

@@ -51,7 +51,7 @@ def write_answer(
     if events is not None:
         return f"{events.sentence}; {errors}.{certain}"
     if findings.change is not None:
-        known = [describe_effect(effect.effect, findings.final) for effect in named]
+        known = [describe_effect(effect.effect, findings.improved) for effect in named]
         change = describe_change(findings.change, findings.case.twin)
         return " ".join([change, *known, f"With one twin for all, {errors}."])
     if is_unlike(findings):
@@ -60,7 +60,9 @@ def write_answer(
     if outcome is Outcome.NOTHING_MISSING:
         return f"{describe_nothing(findings)}; {errors}.{describe_remaining(findings)}"
     if outcome is Outcome.NOT_IN_CATALOGUE:
-        signs = "".join(f" {describe_effect(effect.effect, findings.final)}" for effect in named)
+        signs = "".join(
+            f" {describe_effect(effect.effect, findings.improved)}" for effect in named
+        )
         bare = not (findings.laws or named or steady or findings.given_stays)
         changed = describe_changed(findings) if bare else ""
         part = f" Other parameters{changed} explain a part of what differs." if changed else ""
@@ -73,7 +75,7 @@ def write_answer(
             f"{errors}, {describe_size(findings, 2)}."
             f"{laws}{signs}{certain}{part}{describe_rest(findings)}"
         )
-    effects = [describe_effect(effect.effect, findings.final) for effect in named]
+    effects = [describe_effect(effect.effect, findings.improved) for effect in named]
     with_effects = f"With {'it' if len(named) == 1 else 'them'}, {errors}."
     sentences = [*effects, *_describe_inseparable(named, findings), with_effects]
     sentences += [write_sentence(law) for law in findings.laws]
@@ -88,7 +90,7 @@ def describe_nothing(findings: Findings) -> str:
             "were left out better for sure"
         )
     changed = describe_changed(findings)
-    doubted = [e.effect for e in findings.perhaps if e.effect in findings.final.effects]
+    doubted = [e.effect for e in findings.perhaps if e.effect in findings.improved.effects]
     if not doubted:
         return f"Nothing is missing: other parameters of the rig are enough{changed}"
     return (
@@ -165,7 +167,7 @@ def _describe_unlike(findings: Findings) -> str:
 
 def _describe_closest(named: tuple[Named, ...], findings: Findings) -> str:
     """Return what comes closest to an explanation, none of it certain; "" for nothing."""
-    effects = [describe_effect(effect.effect, findings.final) for effect in named]
+    effects = [describe_effect(effect.effect, findings.improved) for effect in named]
     laws = [write_sentence(law) for law in findings.laws]
     if not effects and not laws:
         changed = describe_changed(findings)
@@ -188,7 +190,7 @@ def describe_masking(named: tuple[Named, ...], findings: Findings) -> tuple[str,
     sentences = []
     for parameter in list_rig_parameters(findings.case.twin):
         name = parameter.name
-        alone, after = findings.base.estimates[name], findings.final.estimates[name]
+        alone, after = findings.base.estimates[name], findings.improved.estimates[name]
         masked = [
             effect.effect
             for effect in named

@@ -90,7 +90,10 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
     readings = () if unlike_rig else findings.certain
     certain = tuple(describe_certain(r) for r in readings if r.effect not in known)
     names |= {effect.effect for effect in certain}
-    estimated = {*findings.final.effects, *(effect.effect for effect in closest)}  # with readings
+    estimated = {
+        *findings.improved.effects,
+        *(effect.effect for effect in closest),
+    }  # with readings
     others = tuple(
         effect
         for effect in (*findings.named, *findings.perhaps)
@@ -104,7 +107,7 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
         missing_physics=(*(_describe_missing(effect, findings) for effect in named), *certain),
         rig_parameters=compare_constants(findings),
         effect_parameters=compare_effect_parameters(findings),
-        correlations=_name_correlations(findings.final, findings.best),
+        correlations=_name_correlations(findings.improved, findings.best),
         masking=describe_masking(named, findings),
         warnings=describe_contradictions(findings),
         perhaps=tuple(_describe_missing(effect, findings) for effect in others),
@@ -123,7 +126,7 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
         unlike_rig=unlike_rig,
         given_stays=findings.given_stays,
         rig_changed=findings.change is not None and events is None,
-        twin=findings.final.twin,
+        twin=findings.improved.twin,
         localisation=findings.location,
         next_plan=plan,
         events_s=() if events is None else events.intervals_s,
@@ -186,7 +189,7 @@ def _describe_missing(named: Named, findings: Findings) -> MissingEffect:
     The confidence follows from the effect's lead over a fit without it. Effects that fit as well
     share it, and it is lower while much of the error is unexplained.
     """
-    effect, best = BY_NAME[named.effect], findings.final
+    effect, best = BY_NAME[named.effect], findings.improved
     most = decisions.MOST_LEAD_STANDARD_ERRORS
     lead = most if named.lead.likely else min(named.lead.standard_errors, most)
     confidence = float(ndtr(lead)) / (1 + len(named.inseparable_from))

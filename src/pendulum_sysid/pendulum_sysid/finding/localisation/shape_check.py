@@ -46,10 +46,8 @@ LIKE_A_CONSTANT = {
 
 
 @dataclass(frozen=True)
-class Misfit:
+class WrongShape:
     """Say that what is seen of a named effect does not have the shape of its law.
-
-    Not to be taken for the number `misfit`, the error of a fit in units of noise.
 
     effect: its name.
     share: power that its own variables still explain, over what all effects of these variables
@@ -158,9 +156,9 @@ def _take_out_static_filters(theta: Floats) -> Floats:
     return theta
 
 
-def find_misfits(
+def find_wrong_shapes(
     case: Case, theta: Floats, remainders: Sequence[Remainder], named: Sequence[str]
-) -> list[Misfit]:
+) -> list[WrongShape]:
     """Return the named effects whose laws do not have the shape that is seen, the worst first.
 
     An effect is in doubt when one question about its own variables gains more than chance, is the
@@ -201,21 +199,21 @@ def find_misfits(
         for forces_of, powers_of in zip(forces, powers, strict=True)
     ]
 
-    def find(left: Sequence[Remainder]) -> list[Misfit]:
+    def find(left: Sequence[Remainder]) -> list[WrongShape]:
         return [
-            misfit
+            wrong
             for remainder, own in zip(left, shown, strict=True)
-            for misfit in _find_misfits_in(case, theta, remainder, own)
+            for wrong in _find_wrong_shapes_in(case, theta, remainder, own)
         ]
 
-    misfits = find(remainders) and find(take_off_own_gains(case, theta, remainders))
-    return sorted(misfits, key=lambda misfit: -misfit.share)
+    shapes = find(remainders) and find(take_off_own_gains(case, theta, remainders))
+    return sorted(shapes, key=lambda wrong: -wrong.share)
 
 
-def _find_misfits_in(
+def _find_wrong_shapes_in(
     case: Case, theta: Floats, remainder: Remainder, forces: dict[str, Floats]
-) -> list[Misfit]:
-    """Return which effects misfit one equation.
+) -> list[WrongShape]:
+    """Return which effects have a wrong shape in one equation.
 
     forces: name of an effect -> (n,) what it gives along the recording.
     """
@@ -224,15 +222,15 @@ def _find_misfits_in(
         name: _find_own_variables(case, theta, name, balance.equation, own)
         for name, own in forces.items()
     }
-    misfits = []
+    judged = []
     for name in forces:
         alike = [other for other in forces if other == name or about[other] & about[name]]
         explained = compute_power(balance, np.sum([forces[other] for other in alike], axis=0))
         taken = frozenset(token for other in forces if other != name for token in about[other])
         shared = len(alike) > 1
         allowed = decisions.SHARED_SHAPE_TOLERANCE if shared else decisions.SHAPE_TOLERANCE
-        misfits.append(_judge_shape(remainder, name, Own(about[name], taken, explained, allowed)))
-    return [misfit for misfit in misfits if misfit is not None]
+        judged.append(_judge_shape(remainder, name, Own(about[name], taken, explained, allowed)))
+    return [wrong for wrong in judged if wrong is not None]
 
 
 @dataclass(frozen=True)
@@ -264,8 +262,8 @@ class Own:
         return bool(variables & self.variables) or free
 
 
-def _judge_shape(remainder: Remainder, name: str, own: Own) -> Misfit | None:
-    """Return the misfit of an effect in one equation; None where its shape is right."""
+def _judge_shape(remainder: Remainder, name: str, own: Own) -> WrongShape | None:
+    """Return the wrong shape of an effect in one equation; None where its shape is right."""
     questions, gains = remainder.table.questions, remainder.gains
     related = {key: gain for key, gain in gains.items() if own.is_about(questions[key])}
     if not related:
@@ -278,7 +276,7 @@ def _judge_shape(remainder: Remainder, name: str, own: Own) -> Misfit | None:
     if not (chief and great and large and remainder.is_sure(key)):
         return None
     share = gain / max(own.explained, 1e-300)
-    return Misfit(name, share, questions[key].variable, questions[key].place)
+    return WrongShape(name, share, questions[key].variable, questions[key].place)
 
 
 def take_out(theta: Floats, name: str) -> Floats:
