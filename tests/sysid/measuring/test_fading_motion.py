@@ -26,6 +26,12 @@ def test_a_free_decay_fades() -> None:
     assert fades(swing(5.0 * np.exp(-T / 20.0)))
 
 
+def test_a_decay_that_ends_at_rest_fades() -> None:
+    """Five of twelve blocks have no power at all: none of them is larger than another."""
+    moves = np.arange(len(T)) < 7 * len(T) // 12
+    assert fades(swing(np.where(moves, 5.0 * np.exp(-T / 20.0), 0.0)))
+
+
 def test_the_noise_of_a_cart_at_rest_is_no_motion() -> None:
     noise = 1e-4 * np.random.default_rng(7).normal(size=len(T))
     assert fades(replace(swing(5.0 * np.exp(-T / 20.0)), v=noise))

@@ -90,10 +90,8 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
     readings = () if unlike_rig else findings.certain
     certain = tuple(describe_certain(r) for r in readings if r.effect not in known)
     names |= {effect.effect for effect in certain}
-    estimated = {
-        *findings.improved.effects,
-        *(effect.effect for effect in closest),
-    }  # with readings
+    # by the fit, or by a detector
+    estimated = {*findings.improved.effects, *(effect.effect for effect in closest)}
     others = tuple(
         effect
         for effect in (*findings.named, *findings.perhaps)
