@@ -11,6 +11,7 @@ from pendulum_sysid.finding.judge import (
     compute_lead,
     count_parameters,
     is_needed,
+    is_outdone,
 )
 from pendulum_sysid.records import Estimate, Fit
 from pendulum_twin.effects import CATALOGUE
@@ -36,6 +37,22 @@ def test_a_sure_gain_that_is_small_beside_what_is_left_is_no_lead() -> None:
     assert small.standard_errors > 5.0 and not small.is_real
     at_noise = make_errors(2, size=0.6)
     assert compute_lead(make_fit(at_noise), make_fit(1.1 * at_noise)).is_real
+
+
+def test_a_rival_that_leaves_little_more_than_the_best_fit_is_not_outdone() -> None:
+    """Something without a name is left; the rival may be right beside something else of it."""
+    off = make_errors(2)
+    best, near, far = make_fit(off), make_fit(1.4 * off), make_fit(2.5 * off)
+    assert compute_lead(best, near).is_real and not is_outdone(near, best)
+    assert is_outdone(far, best)
+    bad_in_one_channel = make_fit(off * [1.0, 2.5])
+    assert is_outdone(bad_in_one_channel, best)
+
+
+def test_beside_a_perfect_fit_every_sure_lead_outdoes_a_rival() -> None:
+    at_noise = make_errors(2, size=0.6)
+    assert is_outdone(make_fit(1.4 * at_noise), make_fit(at_noise))
+    assert not is_outdone(make_fit(at_noise), make_fit(at_noise))
 
 
 def test_an_equal_fit_does_not_lead() -> None:

@@ -115,6 +115,24 @@ def compute_log_errors(fit: Fit, of: Fit) -> Floats:
     return 0.5 * np.log1p(_compute_powers(fit) / np.median(_compute_powers(of), axis=0))
 
 
+def is_outdone(rival: Fit, best: Fit) -> bool:
+    """Return whether a fit is surely worse than the best fit, which holds another effect instead.
+
+    A best fit above the noise leaves forces without a name. They are the same in every window, so
+    no number of windows tells whether the rival is wrong, or right beside other such forces. The
+    rival is wrong where it leaves RIVAL_REST_RATIO times as much in a channel, by amplitude: with
+    sizes of forces of all orders equally likely, and four free numbers of a force, odds of 16.
+    """
+    if not compute_lead(best, rival).is_real:
+        return False
+    if best.choose <= decisions.MISFIT_AT_NOISE:
+        return True
+    left, left_by_best = (
+        np.maximum(_compute_misfits(fit) ** 2 - 1.0, 0.0) for fit in (rival, best)
+    )
+    return bool(np.any(left >= decisions.RIVAL_REST_RATIO**2 * left_by_best))
+
+
 def judge_over_whole_windows(case: Case, split: Split, fit: Fit) -> Fit:
     """Return a fit with its errors taken over whole windows, nothing refitted."""
     whole = refine_start_states(case.problem(split.learn), fit.theta)

@@ -12,7 +12,13 @@ from pendulum_sysid.finding.cancellation import list_cancelled
 from pendulum_sysid.finding.detectors import Use, read_effects
 from pendulum_sysid.finding.environments import Steadiness, measure_steadiness
 from pendulum_sysid.finding.journal import Search
-from pendulum_sysid.finding.judge import Lead, compute_lead, is_needed, is_surely_there
+from pendulum_sysid.finding.judge import (
+    Lead,
+    compute_lead,
+    is_needed,
+    is_outdone,
+    is_surely_there,
+)
 from pendulum_sysid.finding.pole_alone import PoleAnswer
 from pendulum_sysid.finding.propose import Proposal, propose
 from pendulum_sysid.finding.pruning import leave_out
@@ -116,7 +122,7 @@ def _exchange_and_compare(search: Search, best: Fit, name: str) -> Named:
     refitted, inseparable, rivals = others[: decisions.RIVALS_REFITTED], [], []
     for proposal in refitted:
         other = _fit_rival(search, best, less, name, proposal)
-        as_good = is_needed(other, less, proposal.effect) and not compute_lead(best, other).is_real
+        as_good = is_needed(other, less, proposal.effect) and not is_outdone(other, best)
         if as_good:
             inseparable.append(proposal.effect)
             rivals.append(other)

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from pendulum_sysid.finding.journal import Search
-from pendulum_sysid.finding.judge import compute_lead
+from pendulum_sysid.finding.judge import is_outdone
 from pendulum_sysid.finding.naming import Named
 from pendulum_sysid.finding.replication import widen_estimate
 from pendulum_sysid.finding.separation import Tie
@@ -42,7 +42,7 @@ def fit_rivals(
             for rival, theta in _list_starts(best, tied)
             if rival not in known
         ]
-        as_good = [fit for fit in others if not compute_lead(best, fit).is_real]
+        as_good = [fit for fit in others if not is_outdone(fit, best)]
         rivalled.append(replace(effect, rivals=(*effect.rivals, *as_good)))
     return tuple(rivalled)
 
