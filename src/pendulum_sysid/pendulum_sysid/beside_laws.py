@@ -42,6 +42,7 @@ from pendulum_sysid.measuring.names_beside_laws import (
     list_sized,
     list_stand_ins,
 )
+from pendulum_sysid.measuring.rivals_beside_laws import ask_rivals_again
 from pendulum_sysid.measuring.shared_parameters import list_shared_parameters
 from pendulum_sysid.records import Fit, Outcome, Split
 from pendulum_sysid.telling.likeness import is_unlike
@@ -155,7 +156,8 @@ def ask_names_again(
 
     An effect that was not sure without laws is a name if it is sure, needed and steady with them,
     and no part of a law. No name is an effect that the twin does not need beside the laws, that
-    stands for another law, or that, above the noise, other effects nearly cancel.
+    stands for another law, or that, above the noise, other effects nearly cancel. What could stand
+    in the place of a name is asked again, too (`ask_rivals_again`).
 
     measured: the laws.
     fit: the fit with laws, with the intervals that the verdict tells.
@@ -186,7 +188,7 @@ def ask_names_again(
     )
     back = {effect.effect for effect in regained}
     return (
-        (*(e for e in sure if e not in idle), *regained),
+        ask_rivals_again(measured, (*(e for e in sure if e not in idle), *regained)),
         (*idle, *doubted, *(e for e in findings.perhaps if e.effect not in back)),
         needed,
     )
