@@ -27,6 +27,7 @@ from pendulum_sysid.cleaning.cart_balance import (
 )
 from pendulum_sysid.cleaning.command_arrivals import ClockBounds, ClockError, CommandArrivals
 from pendulum_sysid.cleaning.drive_curve import DriveCurve, fit_drive_curve
+from pendulum_sysid.cleaning.earlier_samples import delay_samples, find_earlier_samples
 from pendulum_sysid.cleaning.reducing import is_too_fast
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.cleaning.stale_start import compute_slow_speed
@@ -127,6 +128,7 @@ class Balance:
     drive: what the drive makes of commands.
     late: whole samples by which the command comes late.
     slow: (n,) whether a filter reaches a cart that hardly moves, which dry friction holds.
+    stretch_begins: first sample of every stretch; no command acts in a later stretch.
     """
 
     rows: Ints
@@ -135,12 +137,14 @@ class Balance:
     drive: DriveCurve
     late: int
     slow: Mask
+    stretch_begins: tuple[int, ...]
 
     def explain(self, command: Floats) -> tuple[Floats, float]:
         """Return the acceleration that is left, (rows,), m/s^2, and that per unit of the drive."""
         # second differences show by half a command of this sample and of the sample before
         driven = self.drive.answer(command)
-        answer = np.roll(correlate1d(driven, [0.5, 0.5, 0.0], mode="nearest"), self.late)
+        driven = delay_samples(driven, self.late, self.stretch_begins)
+        answer = correlate1d(driven, [0.5, 0.5, 0.0], mode="nearest")
         answer = _take_out(self.basis, answer[self.rows])
         square = float(answer @ answer)
         per_drive = float(answer @ self.target) / square if square else 0.0
@@ -154,7 +158,8 @@ class Balance:
     def weigh(self, command: Floats, doubt: CommandDoubt) -> Floats:
         """Return the gain of log likelihood, nats, by each option, (k, options).
 
-        A cart that hardly moves says nothing: dry friction holds it.
+        A cart that hardly moves says nothing: dry friction holds it. Nor does a stretch that ends
+        before the command acts.
 
         command: (n,) with the chosen options of the doubt.
         """
@@ -164,11 +169,14 @@ class Balance:
         jumps = correlate1d(usable, _make_filter(), mode="constant")
         moving = np.abs(jumps[self.rows[~self.slow[self.rows]]])
         noise = _measure_noise(moving) or np.inf
-        jumps = np.roll(jumps, -self.late)[doubt.samples]
+        answering = np.minimum(doubt.samples + self.late, len(command) - 1)
+        acting = find_earlier_samples(answering, self.late, self.stretch_begins)
+        silent = self.slow[doubt.samples] | (acting != doubt.samples)
+        jumps = jumps[answering]
         driven = self.drive.answer(doubt.values.ravel()).reshape(doubt.values.shape)
         lacking = per_drive * (driven - self.drive.answer(command[doubt.samples])[:, None])
         gains: Floats = lacking * (2 * jumps[:, None] - lacking) / (2 * noise**2)
-        return np.where(self.slow[doubt.samples][:, None], 0.0, gains)
+        return np.where(silent[:, None], 0.0, gains)
 
 
 def _make_balance(signals: Signals, state: SmoothState) -> Balance:
@@ -179,7 +187,10 @@ def _make_balance(signals: Signals, state: SmoothState) -> Balance:
     drive = fit_drive_curve(signals.command, make_second_differences(signals, state))
     latest = round(decisions.ANSWER_LATEST_S / signals.period_s)
     slow = _find_slow(state)
-    balances = [Balance(rows, basis, target, drive, late, slow) for late in range(latest + 1)]
+    begins = signals.stretch_begins
+    balances = [
+        Balance(rows, basis, target, drive, late, slow, begins) for late in range(latest + 1)
+    ]
     return max(balances, key=lambda balance: balance.measure(signals.command))
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.ndimage import correlate1d
 
 from pendulum_sysid import decisions
+from pendulum_sysid.cleaning.earlier_samples import find_earlier_samples
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.cleaning.stale_start import compute_slow_speed, list_brakes
 from pendulum_twin.arrays import Floats, Ints
@@ -59,12 +60,14 @@ class SecondDifferences:
     rows: (rows,) samples inside a stretch, measured, that mostly move.
     target: (rows,) m/s^2, the cart's acceleration.
     others: (rows, columns) of what moves the cart beside the command.
+    stretch_begins: first sample of every stretch; no command acts in a later stretch.
     """
 
     size: int
     rows: Ints
     target: Floats
     others: Floats
+    stretch_begins: tuple[int, ...]
 
     def list_answers(self, command: Floats) -> Floats:
         """Return what a held command (n,) was around each row, at once and later, (rows, delays).
@@ -72,11 +75,15 @@ class SecondDifferences:
         Of each difference the mean of the command over the samples before and after.
         """
         kernel = np.concatenate([np.full(2 * self.size, 0.5 / self.size), np.zeros(1)])
-        around = correlate1d(command, kernel, mode="nearest")
+        around = np.concatenate(
+            [
+                correlate1d(part, kernel, mode="nearest")
+                for part in np.split(command, self.stretch_begins[1:])
+            ]
+        )
         latest = round(decisions.ANSWER_LATEST_S / DIFFERENCE_S) * self.size
         delays = np.arange(0, latest + 1, self.size)
-        answers: Floats = around[np.maximum(self.rows[:, None] - delays, 0)]
-        return answers
+        return around[find_earlier_samples(self.rows[:, None], delays, self.stretch_begins)]
 
 
 def make_second_differences(signals: Signals, state: SmoothState) -> SecondDifferences:
@@ -85,7 +92,8 @@ def make_second_differences(signals: Signals, state: SmoothState) -> SecondDiffe
     size = max(round(DIFFERENCE_S / signals.period_s), 1)
     rows = choose_rows(signals, state, np.ones(2 * size + 1) / (2 * size + 1))
     target = differentiate_twice(signals.cart, signals.period_s, size)[rows]
-    return SecondDifferences(size, rows, target, list_other_forces(signals, state, size)[rows])
+    others = list_other_forces(signals, state, size)[rows]
+    return SecondDifferences(size, rows, target, others, signals.stretch_begins)
 
 
 def choose_rows(signals: Signals, state: SmoothState, weights: Floats) -> Ints:

@@ -22,12 +22,9 @@ from pendulum_sysid.cleaning.cart_balance import (
     make_second_differences,
 )
 from pendulum_sysid.cleaning.drive_curve import bend_command, fit_drive_curve
+from pendulum_sysid.cleaning.earlier_samples import delay_samples
 from pendulum_sysid.cleaning.smooth_state import SmoothState
-from pendulum_sysid.cleaning.stale_start import (
-    LATER_S,
-    delay_command,
-    list_brakes,
-)
+from pendulum_sysid.cleaning.stale_start import LATER_S, list_brakes
 from pendulum_sysid.errors import UnusableRecording
 from pendulum_twin.arrays import Floats, Ints, Mask
 from pendulum_twin.signals import Signals
@@ -77,7 +74,10 @@ def follows_command(signals: Signals, state: SmoothState) -> bool:
     block = (signals.times_s[rows] // decisions.ERROR_BLOCK_S).astype(int)
     step = max(round(LATER_S / signals.period_s), 1)
     latest = round(decisions.ANSWER_LATEST_S / signals.period_s)
-    commands = [delay_command(signals, late) for late in range(0, latest + 1, step)]
+    commands = [
+        delay_samples(signals.command, late, signals.stretch_begins)
+        for late in range(0, latest + 1, step)
+    ]
 
     def is_certain(list_drives: Callable[[Floats], Floats], trimmed: float = 0.0) -> bool:
         """Return whether what is listed of a command, (n,) to (n, k), explains the cart."""

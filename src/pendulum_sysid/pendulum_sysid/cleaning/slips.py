@@ -21,6 +21,7 @@ from pendulum_sysid.cleaning.cart_balance import list_reactions
 from pendulum_sysid.cleaning.clock import find_runs
 from pendulum_sysid.cleaning.command_ramp import follow_ramp
 from pendulum_sysid.cleaning.drive_curve import bend_command
+from pendulum_sysid.cleaning.earlier_samples import delay_samples
 from pendulum_sysid.cleaning.leaving_out import leave_out
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.cleaning.stale_start import compute_slow_speed, list_brakes
@@ -129,7 +130,11 @@ def _compute_departing_velocity(
     brief = np.hanning(2 * max(round(decisions.ANSWER_FILTER_S / signals.period_s) // 2, 2) + 3)
     weights = brief[1:-1] / brief.sum()
     terms = np.column_stack(
-        [_list_drives(signals, state), list_brakes(state), list_reactions(signals, state)]
+        [
+            list_drives(follow_ramp(signals, state), signals, state),
+            list_brakes(state),
+            list_reactions(signals, state),
+        ]
     )
     moving = np.abs(state.states[:, 2]) > compute_slow_speed(state)
     rows = np.flatnonzero(moving & signals.cart_valid)[:: max(len(weights) // 4, 1)]
@@ -158,16 +163,17 @@ def _compute_departing_velocity(
     return departing, driven
 
 
-def _list_drives(signals: Signals, state: SmoothState) -> Floats:
+def list_drives(command: Floats, signals: Signals, state: SmoothState) -> Floats:
     """Return by what a command may drive the cart, (n, 12).
 
     Curves of the command, earlier commands, and gains that change along the rail and with speed.
+
+    command: (n,) behind the drive's ramp, PWM fraction.
     """
-    command = follow_ramp(signals, state)
     late = []
     for late_s in decisions.SLIP_LATE_S:
         samples = max(round(late_s / signals.period_s), 1)
-        late.append(np.concatenate([np.full(samples, command[0]), command[:-samples]]))
+        late.append(delay_samples(command, samples, signals.stretch_begins))
     gains = command[:, None] * np.column_stack([state.states[:, 0], np.abs(state.states[:, 2])])
     bent = bend_command(command, command)
     return np.column_stack([bent, np.abs(command), *late, gains])

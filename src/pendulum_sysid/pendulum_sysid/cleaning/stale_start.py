@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pendulum_sysid import decisions
+from pendulum_sysid.cleaning.earlier_samples import delay_samples
 from pendulum_sysid.cleaning.leaving_out import leave_out
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.records import QualityFinding, Recording
@@ -94,7 +95,7 @@ def _fit_answer(signals: Signals, state: SmoothState, up_to: float = np.inf) -> 
     step = max(round(LATER_S / signals.period_s), 1)
     answers = []
     for late in range(0, round(decisions.ANSWER_LATEST_S / signals.period_s) + 1, step):
-        command = delay_command(signals, late)
+        command = delay_samples(signals.command, late, signals.stretch_begins)
         trusted = moving[np.abs(command[moving]) <= up_to]
         if len(trusted) < decisions.STALE_COMPARABLE_S / signals.period_s and np.isfinite(up_to):
             return None
@@ -106,15 +107,6 @@ def _fit_answer(signals: Signals, state: SmoothState, up_to: float = np.inf) -> 
         spread = float(np.std(target - columns @ coefficients))
         answers.append(Answer(late, float(coefficients[0]), coefficients[1:], max(spread, 1e-12)))
     return min(answers, key=lambda answer: answer.spread)
-
-
-def delay_command(signals: Signals, late: int) -> Floats:
-    """Return the command (n,) of so many samples ago; the first one holds before a stretch."""
-    delayed = np.empty(len(signals))
-    for stretch in signals.stretches:
-        part = signals.command[stretch]
-        delayed[stretch] = part[np.maximum(np.arange(len(part)) - late, 0)]
-    return delayed
 
 
 def _count_suspected(signals: Signals, stretch: slice) -> int:
@@ -132,7 +124,8 @@ def _count_silent(signals: Signals, state: SmoothState, stretch: slice, answer: 
     end = _find_silence(signals, state, stretch, answer)
     if not end:
         return 0
-    commanded = np.abs(delay_command(signals, answer.late)[stretch.start : stretch.start + end])
+    delayed = delay_samples(signals.command, answer.late, signals.stretch_begins)
+    commanded = np.abs(delayed[stretch.start : stretch.start + end])
     if np.sqrt(np.mean(commanded**2)) > decisions.STALE_COMMAND_SHARE * np.max(
         np.abs(signals.command[stretch])
     ):
@@ -148,7 +141,7 @@ def _find_silence(signals: Signals, state: SmoothState, stretch: slice, answer: 
     while, against the command, is no silence.
     """
     part = slice(stretch.start, stretch.start + _count_suspected(signals, stretch))
-    command = delay_command(signals, answer.late)[part]
+    command = delay_samples(signals.command, answer.late, signals.stretch_begins)[part]
     remainder = state.accelerations[part, 0] - list_brakes(state)[part] @ answer.brakes
     still = np.abs(state.states[part, 2]) < compute_slow_speed(state)
     gripped = still & (
