@@ -7,6 +7,7 @@ import pytest
 from support.made_recordings import INTECO, made
 
 from pendulum_sysid.api import diagnose
+from pendulum_sysid.api import fit as fit_to
 from pendulum_sysid.errors import WrongUse
 from pendulum_sysid.finding.journal import Search
 from pendulum_sysid.finding.replication import replicate_effects
@@ -118,6 +119,14 @@ def test_the_distance_that_a_fit_prints_is_that_of_its_twin() -> None:
     for name, estimate in fitted.mapping["parameters"].items():
         assert estimate["value"] == pytest.approx(getattr(fitted.twin.rig, name))
         assert estimate["low"] <= estimate["value"] <= estimate["high"]
+
+
+def test_the_distance_that_a_fit_returns_is_that_of_its_twin() -> None:
+    """`ps.fit` and the fleet's table gave it with the given masses."""
+    fitted = fit_to([made(HEAVY, 20.0, 0.45)], give_spreads(INTECO, cart_mass_kg=1.0))
+    assert fitted.twin.rig.cart_mass_kg != pytest.approx(INTECO.rig.cart_mass_kg, rel=0.01)
+    for name, estimate in fitted.estimates.items():
+        assert estimate.value == pytest.approx(getattr(fitted.twin.rig, name))
 
 
 def test_what_is_believed_of_the_mass_holds_when_sets_are_tried_and_in_each_third() -> None:

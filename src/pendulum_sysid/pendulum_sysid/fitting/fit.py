@@ -19,6 +19,7 @@ from pendulum_sysid.fitting.gauss_newton import (
 from pendulum_sysid.fitting.instants import widen_over_gaps
 from pendulum_sysid.fitting.parameters import (
     Free,
+    convert_distance,
     list_free_parameters,
     list_rig_parameters,
     make_twin,
@@ -116,12 +117,13 @@ def fit_over_horizon(case: Case, split: Split, known: Fit, pieces: int) -> Fit:
 def fit_own_parameters(case: Case, split: Split) -> Fit:
     """Fit the rig's constants and the parameters of the effects that the twin has.
 
-    Short horizons come first: they lead to the solution from far away.
+    Short horizons come first: they lead to the solution from far away. The estimates are those of
+    the fitted twin, com_distance_m with its masses.
     """
     fitted = fit(case, split, tuple(case.twin.effects), make_theta(case.twin), HORIZONS[0])
     for horizon in HORIZONS[1:]:
         fitted = fit_over_horizon(case, split, fitted, horizon)
-    return fitted
+    return replace(fitted, estimates=convert_distance(fitted.estimates, case.twin, fitted.twin))
 
 
 def widen_estimates(

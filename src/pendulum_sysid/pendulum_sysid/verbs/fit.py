@@ -13,7 +13,7 @@ from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import fit_own_parameters
 from pendulum_sysid.fitting.noise_floor import measure_noise_floor
-from pendulum_sysid.fitting.parameters import convert_distance, hold_constants
+from pendulum_sysid.fitting.parameters import hold_constants
 from pendulum_sysid.fitting.thesis_fit import MOST_EVALUATIONS, fit_as_thesis
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.plausibility.ask import list_plausibility_doubts
@@ -91,8 +91,6 @@ def fit_by_windows(case: Case, report: Progress) -> Fitted:
             "expected a parameter to fit, found all of them held: hold fewer (--hold, or sd: 0 in "
             "the twin file)"
         )
-    values = convert_distance(result.estimates, case.twin, result.twin)
-    result = replace(result, estimates=values)
     cases = case, replace(case, twin=result.twin)
     before, after = (run_windows(each, windows.held_out) for each in cases)
     floors = _measure_floor(cases[0], windows.held_out), _measure_floor(cases[1], windows.held_out)
