@@ -171,6 +171,8 @@ def test_a_factor_on_dry_friction_names_the_friction(effect):
 @every
 def test_an_effect_is_a_switch_or_has_a_size_to_search(effect):
     assert effect.is_switch == (not effect.parameters)
+    shapes = [p for p in effect.parameters if p.shape]
+    assert sorted([*effect.sizes, *shapes], key=effect.parameters.index) == [*effect.parameters]
     if effect.read_off:
         assert effect.place in (Place.SENSOR, Place.CLOCK)
     if effect.needs_both_joints:

@@ -70,7 +70,7 @@ def measure_steadiness(case: Case, split: Split, fit: Fit) -> dict[str, Steadine
     environments = list_environments(case, split)
     steadiness = {}
     for name in [e for e in fit.effects if not BY_NAME[e].of_recording]:
-        sizes = [p for p in BY_NAME[name].parameters if not p.shape and np.isfinite(p.neutral)]
+        sizes = [p for p in BY_NAME[name].sizes if np.isfinite(p.neutral)]
         if sizes and f"{name}.{sizes[0].name}" in {p.name for p in free}:
             steadiness[name] = _ask(system, environments, fit, free, name)
     return steadiness
@@ -104,7 +104,7 @@ def _ask(
     """Return the steadiness of one effect, beside all other parameters but its own shape."""
     effect = BY_NAME[name]
     shapes = {f"{name}.{p.name}" for p in effect.parameters if p.shape}
-    neutral = {f"{name}.{p.name}": p.neutral for p in effect.parameters if not p.shape}
+    neutral = {f"{name}.{p.name}": p.neutral for p in effect.sizes}
     kept = [k for k, parameter in enumerate(free) if parameter.name not in shapes]
     kept_free = tuple(free[k] for k in kept)
     own = system.pick(kept)

@@ -52,12 +52,11 @@ class Shape:
         its scale.
         """
         moved, slot = theta.copy(), SLOTS[self.effect.name]
-        sized = any(not p.shape for p in self.effect.parameters)
         for k, p in enumerate(self.effect.parameters):
             full = self.whole[slot.start + k]
             nothing = self.scales[k] if p.idle_beyond is not None else p.neutral
             moved[slot.start + k] = (
-                full if sized and p.shape else nothing + share * (full - nothing)
+                full if self.effect.sizes and p.shape else nothing + share * (full - nothing)
             )
         return moved
 

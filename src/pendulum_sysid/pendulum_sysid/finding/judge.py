@@ -184,7 +184,7 @@ def compute_distance(fit: Fit, effect: str, others: Collection[str] = ()) -> flo
     """
     simpler = [BY_NAME[name] for name in others if name in BY_NAME[effect].simpler]
     known = {parameter.name for law in simpler for parameter in law.parameters}
-    sizes = [p for p in BY_NAME[effect].parameters if not p.shape and p.name not in known]
+    sizes = [p for p in BY_NAME[effect].sizes if p.name not in known]
     distances = [] if sizes else [np.inf]
     if any(
         p.shape and _is_at_bound(fit, f"{effect}.{p.name}") for p in BY_NAME[effect].parameters

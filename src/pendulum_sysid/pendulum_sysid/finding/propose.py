@@ -141,8 +141,7 @@ def _make_proposal(
     normal, gradient = system.normal, system.gradient
     own = max(float(normal[column, column] - normal[column, fitted] @ follow), 1e-300)
     slope = float(gradient[column] - gradient[fitted] @ follow)
-    has_sizes = any(not parameter.shape for parameter in effect.parameters)
-    most = decisions.LARGEST_STEP if has_sizes else 1.0
+    most = decisions.LARGEST_STEP if effect.sizes else 1.0
     step = float(np.clip(slope / own, find_least_step(effect), most))
     gain = step * slope - 0.5 * step**2 * own
     start = theta.copy()
@@ -160,8 +159,8 @@ def _make_proposal(
 
 def find_least_step(effect: Effect) -> float:
     """Return how far a fit may go along a probe's opposite: not at all where sizes have a sign."""
-    sizes = [p for p in effect.parameters if not p.shape]
-    return 0.0 if not sizes or any(p.low >= 0.0 for p in sizes) else -decisions.LARGEST_STEP
+    is_one_way = not effect.sizes or any(p.low >= 0.0 for p in effect.sizes)
+    return 0.0 if is_one_way else -decisions.LARGEST_STEP
 
 
 def _may_move(effect: Effect, known: Sequence[str]) -> bool:

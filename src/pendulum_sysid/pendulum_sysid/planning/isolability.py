@@ -297,7 +297,7 @@ def _make_row(
     free: the rig's constants that a fit changes.
     """
     effect, slot = shape.effect, SLOTS[shape.effect.name]
-    sizes = [p for p in effect.parameters if not p.shape] or list(effect.parameters)
+    sizes = effect.sizes or effect.parameters
     main = sizes[0] if sizes else None
     # the zero of an angle is known no better than to half a step of its encoder
     is_angle = main is not None and effect.form is Form.MEASURE and main.unit == "rad"

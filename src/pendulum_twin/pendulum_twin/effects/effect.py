@@ -257,6 +257,11 @@ class Effect:
     of_joint: str = ""
 
     @property
+    def sizes(self) -> tuple[Parameter, ...]:
+        """Return the parameters that say how much, in their order; the others are shapes."""
+        return tuple(p for p in self.parameters if not p.shape)
+
+    @property
     def is_switch(self) -> bool:
         """Return whether the effect is on or off, without a size: a sign."""
         return not self.parameters

@@ -54,9 +54,7 @@ class Response:
 def list_dosed_sets() -> list[str]:
     """Return the sets, "a+b", whose last effect has a size that can be made smaller."""
     effects = [
-        effect
-        for effect in CATALOGUE
-        if (effect.searched or effect.shows_as) and any(not p.shape for p in effect.parameters)
+        effect for effect in CATALOGUE if (effect.searched or effect.shows_as) and effect.sizes
     ]
     return ["+".join([*filter(None, [effect.acts_beside]), effect.name]) for effect in effects]
 

@@ -45,7 +45,7 @@ def name_effects(ground: Ground) -> tuple[str, ...]:
         for parameter, half in zip(free, halves, strict=True)
     }
     least = float(norm.ppf(1 - FALSE_NAME_CHANCE / (2 * len(t_of))))
-    sizes = {e.name: [f"{e.name}.{p.name}" for p in e.parameters if not p.shape] for e in effects}
+    sizes = {e.name: [f"{e.name}.{p.name}" for p in e.sizes] for e in effects}
     named = [
         effect
         for effect, names in sizes.items()
@@ -58,7 +58,7 @@ def name_effects(ground: Ground) -> tuple[str, ...]:
 def list_shared_sizes(effect: Effect) -> set[str]:
     """Return the sizes that an effect has in common with those that it contains."""
     simple = {p.name for name in effect.simpler for p in BY_NAME[name].parameters}
-    return {p.name for p in effect.parameters if not p.shape and p.name in simple}
+    return {p.name for p in effect.sizes if p.name in simple}
 
 
 def _choose_start(ground: Ground, parameter: Parameter) -> float:
