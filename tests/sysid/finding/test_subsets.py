@@ -3,15 +3,18 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from support.hidden_physics import HIDDEN, INTECO, record_hidden
 
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.journal import Search
+from pendulum_sysid.finding.propose import find_largest_step, find_least_step, move_along
 from pendulum_sysid.finding.subsets import find_subsets
 from pendulum_sysid.fitting.fit import HORIZONS, fit
 from pendulum_sysid.prepare import prepare
 from pendulum_sysid.records import Fit
 from pendulum_twin.effects import BY_NAME
+from pendulum_twin.effects.effect import Effect
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import SLOTS, make_theta
 
@@ -39,6 +42,27 @@ def test_several_effects_are_found_at_once_and_their_fit_ends_near_the_noise() -
     assert all(set(subset.effects) & names for subset in subsets for names in alike)
     fits = [search.fit_effects(subset.effects, base, subset.theta) for subset in subsets]
     assert min(found.choose for found in fits) < 0.3 * base.choose
+
+
+def test_no_set_steps_beyond_the_end_of_a_probe_that_has_shapes_alone(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A limit is no size: the constants followed a step of 1.65 that the limit did not take."""
+    steps: dict[str, list[float]] = {}
+
+    def note_step(
+        theta: np.ndarray, effect: Effect, target: np.ndarray, step: float, known: tuple[str, ...]
+    ) -> None:
+        steps.setdefault(effect.name, []).append(step)
+        move_along(theta, effect, target, step, known)
+
+    monkeypatch.setattr("pendulum_sysid.finding.subsets.move_along", note_step)
+    search, base = search_hidden(("motor_current_limit",), 3)
+    subsets = find_subsets(search, base, decisions.SUBSET_EFFECTS)
+    assert any("motor_current_limit" in subset.effects for subset in subsets)
+    for name, taken in steps.items():
+        effect = BY_NAME[name]
+        assert find_least_step(effect) <= min(taken) <= max(taken) <= find_largest_step(effect)
 
 
 def test_no_set_holds_an_effect_beside_an_effect_that_contains_it() -> None:

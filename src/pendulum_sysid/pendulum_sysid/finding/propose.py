@@ -141,8 +141,7 @@ def _make_proposal(
     normal, gradient = system.normal, system.gradient
     own = max(float(normal[column, column] - normal[column, fitted] @ follow), 1e-300)
     slope = float(gradient[column] - gradient[fitted] @ follow)
-    most = decisions.LARGEST_STEP if effect.sizes else 1.0
-    step = float(np.clip(slope / own, find_least_step(effect), most))
+    step = float(np.clip(slope / own, find_least_step(effect), find_largest_step(effect)))
     gain = step * slope - 0.5 * step**2 * own
     start = theta.copy()
     if _may_move(effect, fit.effects):
@@ -161,6 +160,14 @@ def find_least_step(effect: Effect) -> float:
     """Return how far a fit may go along a probe's opposite: not at all where sizes have a sign."""
     is_one_way = not effect.sizes or any(p.low >= 0.0 for p in effect.sizes)
     return 0.0 if is_one_way else -decisions.LARGEST_STEP
+
+
+def find_largest_step(effect: Effect) -> float:
+    """Return how far a fit may go along a probe: to its end where it has shapes alone.
+
+    A step does not move a shape, so that no run is that of a longer step.
+    """
+    return decisions.LARGEST_STEP if effect.sizes else 1.0
 
 
 def _may_move(effect: Effect, known: Sequence[str]) -> bool:

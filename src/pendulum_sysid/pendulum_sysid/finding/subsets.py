@@ -20,6 +20,7 @@ import numpy as np
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.journal import Search
 from pendulum_sysid.finding.propose import (
+    find_largest_step,
     find_least_step,
     list_probes,
     move_along,
@@ -179,6 +180,7 @@ def _solve_sets(columns: Columns, sets: Ints) -> tuple[Floats, Floats]:
     """Return the steps along the probes of each set, (sets, size), and the gains, (sets,).
 
     Everything that is fitted already follows. A set that needs an impossible step gains nothing.
+    A probe of shapes alone is no longer than it is: a step beyond its end stops there.
     """
     normal, gradient = columns.normal, columns.gradient
     n = columns.fitted
@@ -188,7 +190,11 @@ def _solve_sets(columns: Columns, sets: Ints) -> tuple[Floats, Floats]:
     own[np.diag_indices_from(own)] *= 1.0 + RIDGE
     own[np.diag_indices_from(own)] += 1e-12
     slope = gradient[n:] - follow.T @ gradient[:n]
-    least = np.array([find_least_step(effect) for effect in columns.effects])
+    least, most = (
+        np.array([find(effect) for effect in columns.effects])
+        for find in (find_least_step, find_largest_step)
+    )
+    has_sizes = np.array([bool(effect.sizes) for effect in columns.effects])
     steps = np.concatenate(
         [
             np.linalg.solve(own[part[:, :, None], part[:, None, :]], slope[part][..., None])[
@@ -198,8 +204,13 @@ def _solve_sets(columns: Columns, sets: Ints) -> tuple[Floats, Floats]:
         ]
     )
     gains = 0.5 * np.sum(slope[sets] * steps, axis=1)
-    possible = (steps >= least[sets]) & (steps <= decisions.LARGEST_STEP)
-    return steps, np.where(possible.all(axis=1), gains, 0.0)
+    possible = (steps >= least[sets]) & ((steps <= most[sets]) | ~has_sizes[sets])
+    stopped = np.where(has_sizes[sets], steps, np.minimum(steps, most[sets]))
+    # the cost is lowest at the solution and grows with the square of the way from it
+    for k in np.flatnonzero(np.any(stopped != steps, axis=1)):
+        back = stopped[k] - steps[k]
+        gains[k] -= 0.5 * back @ own[np.ix_(sets[k], sets[k])] @ back
+    return stopped, np.where(possible.all(axis=1), gains, 0.0)
 
 
 def _pick_distinct(columns: Columns, sets: Ints, order: Ints) -> list[int]:
