@@ -22,13 +22,13 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import read_json_object
 from pendulum_twin.model import Twin
 from pendulum_twin.rig import Rig
+from pendulum_twin.schemas import VERDICT
 
 INTERVAL_DEVIATIONS = 1.96  # half a 95 % interval, in standard deviations
 WIDEST_SHARE = 0.2  # of a rig's constant: the widest draw, for what the recording does not fix
 MOST_TRIES = 1000  # for constants that bodies can have together
 SAME_SHARE = 0.02  # by which the same number may differ between two files
 LEAST_SHARE = 0.1  # of a positive constant: no draw is smaller
-SCHEMA = "pendulum_verdict/1"
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ def gather_knowledge(twin: Twin, verdict: Path | None, draws: int, seed: int) ->
     """
     if verdict is None:
         return Knowledge((twin,), EXACT)
-    content = read_json_object(verdict, SCHEMA, "a verdict")
+    content = read_json_object(verdict, VERDICT, "a verdict")
     random = np.random.default_rng(seed)
     try:
         _check_verdict(twin, content)
@@ -66,7 +66,7 @@ def gather_knowledge(twin: Twin, verdict: Path | None, draws: int, seed: int) ->
         raise BadInputError(f"{verdict}: {error}") from error
     except (KeyError, TypeError, ValueError, AttributeError, StopIteration) as error:
         raise BadInputError(
-            f"{verdict}: expected what {SCHEMA} holds, found {error!r} missing or odd"
+            f"{verdict}: expected what {VERDICT} holds, found {error!r} missing or odd"
         ) from error
 
 

@@ -21,9 +21,10 @@ from support.running_emulator import LONG_S, TWIN, free_ports, start, udp_socket
 
 from pendulum_bridge.doctor.driving import LAST_PACKETS
 from pendulum_bridge.doctor.findings import Check
-from pendulum_bridge.doctor.rig_doctor import NOTICE, SCHEMA, parse_options
+from pendulum_bridge.doctor.rig_doctor import NOTICE, parse_options
 from pendulum_bridge.wire.protocol import Command, Sample
 from pendulum_twin.model import Twin, load_twin, save_twin
+from pendulum_twin.schemas import DOCTOR
 
 BUSY = {"rate_off", "jitter", "bursts", "some_lost", "slow_answer"}
 HANGING = Sample(math.pi, 0.0, 0.0, 0.0)
@@ -65,7 +66,7 @@ class Doctor:
         status, said, complaints = self.wait()
         assert complaints in ("", NOTICE + "\n")
         answer = json.loads(said)
-        assert answer["schema"] == SCHEMA
+        assert answer["schema"] == DOCTOR
         faults = {finding["fault"] for finding in answer["findings"]}
         return status, answer, faults - {None} - BUSY
 

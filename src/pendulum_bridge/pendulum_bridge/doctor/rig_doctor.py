@@ -32,8 +32,8 @@ from pendulum_twin.command_line import as_option, make_number_reader
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.inteco import DEFAULT, load_twin_or_inteco
 from pendulum_twin.parser import Parser, add_common_options, complete
+from pendulum_twin.schemas import DOCTOR
 
-SCHEMA = "rig_doctor/1"
 GOOD = (Verdict.OK, Verdict.SKIPPED)  # what --quiet leaves out
 NOTICE = (
     "rig_doctor: --move: the cart will be pushed gently both ways, up to some 0.3 m, and the "
@@ -135,7 +135,7 @@ def _make_mapping(findings: list[Finding]) -> dict[str, object]:
     verdicts = {finding.verdict for finding in findings}
     worst = next((v for v in (Verdict.FAIL, Verdict.WARN) if v in verdicts), Verdict.OK)
     return {
-        "schema": SCHEMA,
+        "schema": DOCTOR,
         "outcome": worst.name,
         "findings": [finding.to_mapping() for finding in findings],
     }

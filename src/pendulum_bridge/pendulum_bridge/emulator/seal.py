@@ -12,8 +12,7 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import read_json_object, write_atomically
 from pendulum_twin.model import Twin
 from pendulum_twin.rig import Rig, parse_rig
-
-SCHEMA = "pendulum_seal/1"
+from pendulum_twin.schemas import SEAL
 
 
 @dataclass(frozen=True)
@@ -45,7 +44,7 @@ def write_seal(concealed: Concealed, path: str | Path) -> None:
     """Write the seal whole or not at all."""
     effects = {name: dict(values) for name, values in concealed.effects.items()}
     content: dict[str, object] = {
-        "schema": SCHEMA,
+        "schema": SEAL,
         "effects": effects,
         "unlisted": _describe_all(concealed.unlisted),
         "rig": concealed.rig.to_mapping(),
@@ -68,7 +67,7 @@ def _describe_all(unlisted: Mapping[str, Mapping[str, float]]) -> dict[str, obje
 
 def open_seal(path: str | Path) -> Concealed:
     """Return what a seal holds; raise BadInputError when it is no seal."""
-    content = read_json_object(Path(path), SCHEMA, "a seal")
+    content = read_json_object(Path(path), SEAL, "a seal")
     if not isinstance(content.get("effects"), dict):
         raise BadInputError(f"{path}: expected a seal with effects and rig, found no effects")
     try:

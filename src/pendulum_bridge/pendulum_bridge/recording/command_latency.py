@@ -7,8 +7,8 @@ import math
 from typing import Any
 
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.schemas import DOCTOR
 
-SCHEMA = "rig_doctor/1"  # of the report
 KEY = "command_latency"  # in the recording's `custom_data`
 
 
@@ -26,7 +26,7 @@ def read_command_latency(report: str, path: str) -> dict[str, str]:
     """
     try:
         content = json.loads(report)
-        if content["schema"] != SCHEMA:
+        if content["schema"] != DOCTOR:
             raise ValueError(f"schema {content['schema']!r}")
         figures = [_read_figures(each) for each in content["findings"] if "figures" in each]
     except (ValueError, KeyError, TypeError, RecursionError) as error:

@@ -31,8 +31,8 @@ from pendulum_sysid.studies.proof.sizes import (
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import read_json_object
 from pendulum_twin.rig import UNITS, Rig
+from pendulum_twin.schemas import VERDICT
 
-SCHEMA = "pendulum_verdict/1"
 # answers of which a person may take the sizes for right as well
 PARTLY_RIGHT = (NamesOutcome.RIGHT, NamesOutcome.TIED, NamesOutcome.INCOMPLETE)
 ROW = "  {:<26} {:>10} {:>10}   {:<46} {}"
@@ -64,7 +64,7 @@ class Comparison:
 
 def read_verdict(path: str | Path) -> dict[str, Any]:
     """Return the verdict in a file; raise BadInputError when the file holds none."""
-    return read_json_object(Path(path), SCHEMA, "a verdict")
+    return read_json_object(Path(path), VERDICT, "a verdict")
 
 
 def compare_with_seal(
@@ -105,7 +105,7 @@ def format_comparison(concealed: Concealed, nominal: Rig, verdict: Mapping[str, 
         ]
     except (KeyError, TypeError, AttributeError) as error:
         raise BadInputError(
-            f"verdict: expected what {SCHEMA} holds, found {error!r} missing or odd"
+            f"verdict: expected what {VERDICT} holds, found {error!r} missing or odd"
         ) from error
     return "\n".join(lines)
 

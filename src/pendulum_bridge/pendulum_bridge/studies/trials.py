@@ -37,9 +37,8 @@ from pendulum_twin.parser import Parser, add_common_options, complete
 from pendulum_twin.plans.excitation import make_standard_plan
 from pendulum_twin.plans.plan_file import make_excitation, read_plan
 from pendulum_twin.plans.waveforms import make_envelope
+from pendulum_twin.schemas import TRIAL
 from pendulum_twin.suggest import add_hint
-
-SCHEMA = "pendulum_trial/1"
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -102,7 +101,7 @@ def _record_log(trial: Trial, nominal: Twin, options: argparse.Namespace) -> Log
 
 def _describe_trial(trial: Trial, options: argparse.Namespace) -> dict[str, object]:
     return {
-        "schema": SCHEMA,
+        "schema": TRIAL,
         "kind": trial.kind,
         "seed": trial.seed,
         "pole_counts": options.pole_counts,

@@ -18,8 +18,8 @@ from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Form
 from pendulum_twin.files import read_json_object
 from pendulum_twin.model import Twin, load_twin
+from pendulum_twin.schemas import VERDICT
 
-SCHEMA = "pendulum_verdict/1"
 OUTCOMES = [outcome.value for outcome in Outcome]
 
 
@@ -60,7 +60,7 @@ def read_verdict(path: Path) -> EarlierVerdict:
     Raises BadInputError when one of its files is missing or holds something else, and
     UnusableRecording when it found the recording unusable.
     """
-    mapping = read_json_object(path, SCHEMA, "a verdict")
+    mapping = read_json_object(path, VERDICT, "a verdict")
     if mapping.get("outcome") not in OUTCOMES:
         raise FileError(
             f"{path}: expected an outcome ({', '.join(OUTCOMES)}), found "

@@ -14,15 +14,14 @@ from pendulum_sysid.verdict.json_form import decode_verdict
 from pendulum_sysid.verdict.record import MeasuredLaw
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.files import read_json_object, write_atomically
-
-SCHEMA = "pendulum_verdict/1"
+from pendulum_twin.schemas import VERDICT
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Write a file for every law with a formula, print its path, and say how to use it."""
     path = Path(arguments.verdict)
     file = path / "verdict.json" if path.is_dir() else path
-    verdict = decode_verdict(read_json_object(file, SCHEMA, "a verdict"))
+    verdict = decode_verdict(read_json_object(file, VERDICT, "a verdict"))
     if not verdict.measured_laws:
         raise UnusableRecording(
             f"{file}: expected measured laws, found none: only physics that no effect explains is "

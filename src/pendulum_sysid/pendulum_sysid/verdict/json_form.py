@@ -12,8 +12,8 @@ from typing import Any, Literal, TypeAliasType, Union, get_args, get_origin, get
 
 from pendulum_sysid.verdict.record import Verdict
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.schemas import VERDICT
 
-SCHEMA = "pendulum_verdict/1"
 NOT_IN_FILE = {
     "command", "twin", "localisation", "trials", "overlays", "next_plan", "origin", "drawings",
     "events_s",
@@ -26,7 +26,7 @@ LEFT_OUT_IF_NONE = {  # a joint that was not recorded, a motion that does not co
 
 def encode_verdict(verdict: Verdict) -> dict[str, Any]:
     """Return what verdict.json holds, in JSON's types; null stands for NaN and infinity."""
-    return {"schema": SCHEMA, **_encode(verdict)}
+    return {"schema": VERDICT, **_encode(verdict)}
 
 
 def decode_verdict(content: Mapping[str, Any]) -> Verdict:
@@ -35,8 +35,8 @@ def decode_verdict(content: Mapping[str, Any]) -> Verdict:
     A null where a number is expected becomes NaN. Raises BadInputError naming the key that is
     missing or of another type.
     """
-    if not isinstance(content, Mapping) or content.get("schema") != SCHEMA:
-        raise BadInputError(f"expected a verdict with schema {SCHEMA}, found another content")
+    if not isinstance(content, Mapping) or content.get("schema") != VERDICT:
+        raise BadInputError(f"expected a verdict with schema {VERDICT}, found another content")
     verdict: Verdict = _decode(Verdict, content, "verdict")
     return verdict
 

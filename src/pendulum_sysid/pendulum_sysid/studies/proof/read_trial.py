@@ -9,14 +9,14 @@ from pendulum_sysid.studies.proof.records import OpenedTrial, Seal, UnlistedEffe
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.files import read_json_object
 from pendulum_twin.rig import parse_rig
+from pendulum_twin.schemas import SEAL, TRIAL
 
-TRIAL_SCHEMA, SEAL_SCHEMA = "pendulum_trial/1", "pendulum_seal/1"
 MALFORMED = (KeyError, TypeError, ValueError, AttributeError, BadInputError)
 
 
 def read_trial(folder: Path) -> OpenedTrial:
     """Return the trial in a folder; raise BadInputError, naming the file, when there is none."""
-    content = read_json_object(folder / "trial.json", TRIAL_SCHEMA, "a trial")
+    content = read_json_object(folder / "trial.json", TRIAL, "a trial")
     seal = read_seal(folder / "seal.json")
     try:
         return OpenedTrial(
@@ -42,7 +42,7 @@ def read_trial(folder: Path) -> OpenedTrial:
 
 def read_seal(path: Path) -> Seal:
     """Return what a seal's file says was concealed; raise BadInputError when it is no seal."""
-    content = read_json_object(path, SEAL_SCHEMA, "a seal")
+    content = read_json_object(path, SEAL, "a seal")
     try:
         return Seal(
             effects={str(name): dict(values) for name, values in content["effects"].items()},
