@@ -141,8 +141,7 @@ def diagnose(
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a run that overflows is judged, not warned of
-        names = [hold] if isinstance(hold, str) else hold
-        known = hold_constants(_get_twin(twin), names)
+        known = hold_constants(_get_twin(twin), hold)
         return pipeline.diagnose(_read_all(recordings), known, progress or _ignore)
 
 

@@ -65,12 +65,15 @@ class Twin:
             {key: _check_spread(self.rig, key, sd) for key, sd in self.spreads.items()},
         )
 
-    def hold(self, keys: Iterable[str]) -> Twin:
+    def hold(self, keys: str | Iterable[str]) -> Twin:
         """Return the twin with constants that are known: no fit changes them.
+
+        keys: of the rig; a text is a single key.
 
         Raises BadInputError for a key that the rig does not have.
         """
-        return replace(self, spreads={**self.spreads, **dict.fromkeys(keys, 0.0)})
+        names = [keys] if isinstance(keys, str) else keys
+        return replace(self, spreads={**self.spreads, **dict.fromkeys(names, 0.0)})
 
     def drop_recording_effects(self) -> Twin:
         """Return the twin without what belongs to one recording, as that leaves the rig."""

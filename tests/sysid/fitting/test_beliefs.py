@@ -38,6 +38,16 @@ def test_a_held_constant_is_no_parameter_of_a_fit() -> None:
         hold_constants(INTECO, ("rail_half_length_m",))
 
 
+def test_a_text_is_the_name_of_a_single_constant() -> None:
+    assert INTECO.hold("com_distance_m") == INTECO.hold(["com_distance_m"])
+    assert hold_constants(INTECO, "com_distance_m") == hold_constants(INTECO, ["com_distance_m"])
+    assert hold_constants(INTECO, "all") == hold_constants(INTECO, ("all",))
+    with pytest.raises(BadInputError, match="pole_length_m"):
+        INTECO.hold("pole_length_m")
+    with pytest.raises(WrongUse, match="found 'pole_length_m'"):
+        hold_constants(INTECO, "pole_length_m")
+
+
 def test_a_narrow_spread_keeps_a_wrong_value_and_a_wide_spread_gives_way() -> None:
     wrong = replace(INTECO, rig=replace(INTECO.rig, pole_inertia_kg_m2=0.0032))
     recording = made(INTECO, 20.0, 0.2)

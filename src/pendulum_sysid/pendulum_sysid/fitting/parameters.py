@@ -145,12 +145,15 @@ def _make_constant(
     return Free(name, UNITS[name], slots, (factor,) * len(slots), low, high, size)
 
 
-def hold_constants(twin: Twin, names: Sequence[str]) -> Twin:
+def hold_constants(twin: Twin, names: str | Sequence[str]) -> Twin:
     """Return the twin with constants that are known, so that no fit changes them.
 
-    names: of constants; "all" stands for every constant that a fit changes.
+    names: of constants, a text for a single constant; "all" stands for every constant that a fit
+        changes.
+
     Raises WrongUse for a name that is no constant of the rig that a fit changes.
     """
+    names = [names] if isinstance(names, str) else names
     constants = [constant.name for constant in list_rig_parameters(twin)]
     for name in names:
         if name not in (*constants, ALL):
