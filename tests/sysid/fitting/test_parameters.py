@@ -10,12 +10,15 @@ from hypothesis import strategies as st
 from support.made_recordings import INTECO, made
 
 from pendulum_sysid.fitting.parameters import (
+    Free,
     keep_definite,
     list_effect_parameters,
     list_rig_parameters,
+    make_estimate,
     make_twin,
 )
 from pendulum_sysid.prepare import prepare
+from pendulum_sysid.records import Estimate
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.model import Twin, load_twin, save_twin
 from pendulum_twin.parameter_vector import COUPLING, INERTIA, MASS, MOMENT, make_theta
@@ -28,6 +31,22 @@ ALONE = replace(
     com_distance_m=INTECO.rig.moment_kg_m / 0.12,
 )
 POLE = Twin("pole", ALONE)
+
+
+@pytest.mark.parametrize(
+    ("value", "half", "expected"),
+    [
+        (2.0, 0.5, Estimate(2.0, 1.5, 2.5, True, False)),
+        (0.5, 0.8, Estimate(0.5, 0.0, 1.3, True, False)),  # less than the size is fixed
+        (2.0, 3.0, Estimate(2.0, 0.0, 5.0, False, False)),
+        (10.0, 0.1, Estimate(10.0, 9.9, 10.0, False, True)),
+        (2.0, np.inf, Estimate(2.0, 0.0, 10.0, False, False)),
+        (2.0, np.nan, Estimate(2.0, 0.0, 10.0, False, False)),
+    ],
+)
+def test_an_interval_lies_within_the_range(value: float, half: float, expected: Estimate) -> None:
+    parameter = Free("level", "N", (MASS,), (1.0,), low=0.0, high=10.0, size=1.0)
+    assert make_estimate(parameter, value, half) == expected
 
 
 def test_a_definite_mass_matrix_is_left_alone() -> None:

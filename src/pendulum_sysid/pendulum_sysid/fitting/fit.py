@@ -22,6 +22,7 @@ from pendulum_sysid.fitting.parameters import (
     convert_distance,
     list_free_parameters,
     list_rig_parameters,
+    make_estimate,
     make_twin,
 )
 from pendulum_sysid.fitting.windows import shorten_windows
@@ -189,15 +190,8 @@ def _halve_gap(signals: Signals, time_s: float) -> float:
 def _make_estimates(
     solution: Solution, free: tuple[Free, ...], pieces: int
 ) -> dict[str, Estimate]:
-    estimates = {}
-    for parameter, half in zip(free, compute_half_widths(solution, free, pieces), strict=True):
-        value = parameter.get(solution.theta)
-        bound = value <= parameter.low or value >= parameter.high
-        fixed = bool(np.isfinite(half)) and half < max(abs(value), parameter.size) and not bound
-        low, high = (
-            (max(value - half, parameter.low), min(value + half, parameter.high))
-            if np.isfinite(half)
-            else (parameter.low, parameter.high)
-        )
-        estimates[parameter.name] = Estimate(value, low, high, fixed, bound)
-    return estimates
+    halves = compute_half_widths(solution, free, pieces).tolist()
+    return {
+        parameter.name: make_estimate(parameter, parameter.get(solution.theta), half)
+        for parameter, half in zip(free, halves, strict=True)
+    }

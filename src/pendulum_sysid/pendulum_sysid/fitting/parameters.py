@@ -83,6 +83,19 @@ class Free:
             theta[..., slot] = factor * value + self.offset
 
 
+def make_estimate(parameter: Free, value: float, half: float) -> Estimate:
+    """Return the estimate of a parameter, its 95 % interval within the parameter's range.
+
+    value: where the fit ended, in the unit.
+    half: half width of the interval, in the unit; not finite where nothing fixes the parameter.
+    """
+    half = half if np.isfinite(half) else np.inf
+    bound = value <= parameter.low or value >= parameter.high
+    fixed = half < max(abs(value), parameter.size) and not bound
+    low, high = max(value - half, parameter.low), min(value + half, parameter.high)
+    return Estimate(value, low, high, fixed, bound)
+
+
 def list_rig_parameters(twin: Twin) -> tuple[Free, ...]:
     """Return the rig's constants that motion can fix, without those that are known.
 

@@ -19,6 +19,7 @@ from pendulum_sysid.fitting.parameters import (
     Free,
     list_free_parameters,
     list_rig_parameters,
+    make_estimate,
     make_twin,
 )
 from pendulum_sysid.fitting.windows import shorten_windows
@@ -172,11 +173,7 @@ def make_estimates(
     """
     estimates = estimate_located(case, effects, theta)
     for k, parameter in enumerate(free):
-        value = parameter.get(theta)
         half = decisions.INTERVAL_DEVIATIONS * float(np.sqrt(max(covariance[k, k], 0.0)))
         half *= parameter.size
-        bound = value <= parameter.low or value >= parameter.high
-        fixed = half < max(abs(value), parameter.size) and not bound
-        low, high = max(value - half, parameter.low), min(value + half, parameter.high)
-        estimates[parameter.name] = Estimate(value, low, high, fixed, bound)
+        estimates[parameter.name] = make_estimate(parameter, parameter.get(theta), half)
     return estimates
