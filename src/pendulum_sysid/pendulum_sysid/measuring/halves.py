@@ -91,7 +91,7 @@ def _run_halves(case: Case, split: Split, law_fit: LawFit, known: Collection[str
     system = law_fit.system or linearise(problem, fit.theta, fit.start_states, free, fit.power)
     parts = list(zip(curves, list_parts(len(free), curves), strict=True))
     own = len(free) - sum(len(curve.knots) for curve in curves)
-    penalty = make_penalty(own, curves, law_fit.priors, law_fit.inflation)
+    penalty = make_penalty(len(free), curves, law_fit.priors, law_fit.inflation)
     everything = range(len(free))
     timed = {k for k in everything[:own] if _is_timed(free[k].name)}
     timed |= {k for curve, part in parts if curve.kind.timed for k in everything[part]}

@@ -56,8 +56,7 @@ def measure_law_spreads(measured: Measured) -> list[Floats]:
     blocks = sum_blocks(law_fit.system, fit.pieces)
     if blocks is None:
         return [np.zeros((len(curve.knots), len(curve.knots))) for curve in curves]
-    own = len(free) - sum(len(curve.knots) for curve in curves)
-    penalty = make_penalty(own, curves, law_fit.priors, law_fit.inflation)
+    penalty = make_penalty(len(free), curves, law_fit.priors, law_fit.inflation)
     # At the optimum the priors balance the sum of all scores: each block bears an equal share.
     centred = replace(blocks, scores=blocks.scores - blocks.scores.mean(axis=0))
     covariance, _ = compute_pseudo_covariance(centred, fit.choose, penalty)

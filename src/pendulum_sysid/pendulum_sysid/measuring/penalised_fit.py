@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.judge import Lead
@@ -85,7 +84,7 @@ def fit_laws(
     problem = case.problem(shorten_windows(case.state, split.learn, pieces))
     free = list_all_free(case, effects, start.theta, curves)
     own = len(free) - sum(len(curve.knots) for curve in curves)
-    precision = make_penalty(own, curves, priors, inflation)
+    precision = make_penalty(len(free), curves, priors, inflation)
     begun = solve(
         problem, start.theta, free, start.start_states, ITERATIONS, precision, known, least_gain
     )
@@ -138,15 +137,19 @@ def invert_normal(normal: Floats) -> Floats:
 
 
 def make_penalty(
-    own: int, curves: Sequence[Curve], priors: Sequence[Smoothness], inflation: float
+    count: int, curves: Sequence[Curve], priors: Sequence[Smoothness], inflation: float
 ) -> Floats:
     """Return the penalty (parameters, parameters) of the priors on a fit with laws.
 
-    own: count of the parameters before the laws' values; they have no prior here.
+    count: of all free parameters; the last are the values of the curves, and the others have no
+        prior here.
+    priors: of the first of the curves; curves without a prior are free.
     inflation: as of `LawFit`.
     """
-    precisions = (make_precision(c, p) for c, p in zip(curves, priors, strict=True))
-    return np.asarray(inflation * block_diag(np.zeros((own, own)), *precisions))
+    penalty = np.zeros((count, count))
+    for curve, prior, part in zip(curves, priors, list_parts(count, curves), strict=False):
+        penalty[part, part] = inflation * make_precision(curve, prior)
+    return penalty
 
 
 def _measure_inflation(system: System, precision: Floats, pieces: int) -> float:

@@ -9,7 +9,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.case import Case
@@ -20,12 +19,11 @@ from pendulum_sysid.fitting.parameters import Free
 from pendulum_sysid.fitting.problem import Problem
 from pendulum_sysid.fitting.windows import shorten_windows
 from pendulum_sysid.measuring.curve import Curve, find_slot, list_curves
-from pendulum_sysid.measuring.penalised_fit import LawFit, list_all_free
+from pendulum_sysid.measuring.penalised_fit import LawFit, list_all_free, make_penalty
 from pendulum_sysid.measuring.smoothness import (
     Smoothness,
     choose_smoothness,
     eliminate,
-    make_precision,
 )
 from pendulum_sysid.records import Split
 from pendulum_twin.arrays import Floats
@@ -64,7 +62,7 @@ def step_to_curves(case: Case, split: Split, law_fit: LawFit) -> list[tuple[Rank
         slot = candidate.curve.put(theta, np.zeros(len(candidate.curve.knots)))
         free = (*trial.own, *candidate.curve.list_free(slot))
         curves, priors = (*law_fit.curves, candidate.curve), (*law_fit.priors, candidate.prior)
-        precision = _make_whole_precision(len(free), curves, priors, law_fit.inflation)
+        precision = make_penalty(len(free), curves, priors, law_fit.inflation)
         gradient = system.gradient - precision @ scale_values(free, theta)
         step = np.linalg.lstsq(system.normal + precision, gradient, rcond=1e-12)[0]
         for parameter, change in zip(free, step, strict=True):
@@ -127,22 +125,6 @@ def _try_curve(trial: _Trial, curve: Curve) -> tuple[Ranked, System] | None:
     return (Ranked(curve, prior), system) if prior.evidence >= decisions.LAW_LEAST_NATS else None
 
 
-def _make_whole_precision(
-    count: int, curves: Sequence[Curve], priors: Sequence[Smoothness], inflation: float
-) -> Floats:
-    """Return the precision (count, count) of all free parameters; curves without priors are free.
-
-    priors: of the first of the curves, whose values are the last of the parameters.
-    """
-    unknown = sum(len(curve.knots) for curve in curves[len(priors) :])
-    own = count - sum(len(curve.knots) for curve in curves)
-    known = [make_precision(c, p) for c, p in zip(curves, priors, strict=False)]
-    precision: Floats = inflation * block_diag(
-        np.zeros((own, own)), *known, np.zeros((unknown, unknown))
-    )
-    return precision
-
-
 def reduce_to_last(
     normal: Floats,
     gradient: Floats,
@@ -158,6 +140,6 @@ def reduce_to_last(
     values: (parameters,) where they were computed, in the parameters' sizes.
     priors: of all curves but the last.
     """
-    precision = _make_whole_precision(len(values), curves, priors, inflation)
+    precision = make_penalty(len(values), curves, priors, inflation)
     last = len(curves[-1].knots)
     return eliminate(normal + precision, gradient - precision @ values, last)
