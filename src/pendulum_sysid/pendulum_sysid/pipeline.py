@@ -12,7 +12,7 @@ from pendulum_sysid.cleaning.joining import join_recordings
 from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.finding.changed_rig import find_change, take_changed_rig
 from pendulum_sysid.finding.detectors import Use, read_effects
-from pendulum_sysid.finding.given_twin import is_ahead_by_chance, is_surely_behind, take_given_twin
+from pendulum_sysid.finding.given_twin import find_given_twin, is_surely_behind, take_given_twin
 from pendulum_sysid.finding.localisation.inspection import inspect_twins
 from pendulum_sysid.finding.localisation.localise import localise
 from pendulum_sysid.finding.localisation.shape_check import find_wrong_shapes, measure_remainders
@@ -155,9 +155,9 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
         answer = take_changed_rig(answer, change)
     before, after = run_parts(case, split), run_parts(replace(case, twin=answer.best.twin), split)
     behind = is_surely_behind(after["held_out"], before["held_out"])
-    given_stays = behind or is_ahead_by_chance(case, split, answer.best)
-    if given_stays:
-        answer = take_given_twin(case, split, answer)
+    given = find_given_twin(case, split, answer.best, behind)
+    if given is not None:
+        answer = take_given_twin(answer, given)
         after = run_parts(replace(case, twin=answer.best.twin), split)
     base, best = answer.base, answer.best
     names = [named.effect for named in answer.named]
@@ -182,7 +182,7 @@ def judge_answer(case: Case, split: Split, answer: Answer, progress: Progress) -
         wrong_shapes=tuple(find_wrong_shapes(case, best.theta, remainders, names)),
         learned_misfit=learned_misfit,
         held_out_misfit=held_out_misfit,
-        given_stays=given_stays,
+        given_stays=given is not None,
         base_runs=base_runs,
         change=change,
     )

@@ -20,16 +20,29 @@ from pendulum_twin.arrays import Floats
 from pendulum_twin.parameter_vector import make_theta
 
 
-def is_ahead_by_chance(case: Case, split: Split, best: Fit) -> bool:
-    """Return whether a fit changes values of the given twin alone, and gains nothing by it.
+def find_given_twin(case: Case, split: Split, best: Fit, behind: bool) -> Fit | None:
+    """Return the given twin as a fit where it stays; None where the improved twin is better.
+
+    It stays where the improved twin is surely behind, and where a fit that changes values of the
+    given twin alone gains nothing by it.
+
+    best: the fit of the improved twin.
+    behind: whether the improved twin is surely behind.
+    """
+    if not behind and set(best.effects) - set(case.twin.effects):
+        return None
+    given = _fit_given_twin(case, split, best)
+    return given if behind or _is_ahead_by_chance(best, given) else None
+
+
+def _is_ahead_by_chance(best: Fit, given: Fit) -> bool:
+    """Return whether a fit is ahead of the given twin by no more than chance.
 
     Each window is judged by values that were fitted to other windows. The given twin has nothing
     to fit, so a refit of a true twin is behind by its errors of estimation. No ratio of misfits is
     asked for: a refit that is a little better, and more than chance is, stays.
     """
-    if set(best.effects) - set(case.twin.effects):
-        return False
-    lead = compute_lead(best, fit_given_twin(case, split, best))
+    lead = compute_lead(best, given)
     return bool(lead.standard_errors < decisions.LEAD_STANDARD_ERRORS)
 
 
@@ -56,7 +69,7 @@ def _compute_log_errors(power: Floats, typical: Floats) -> Floats:
     return np.asarray(np.mean(0.5 * np.log1p(power / typical), axis=1))
 
 
-def fit_given_twin(case: Case, split: Split, best: Fit) -> Fit:
+def _fit_given_twin(case: Case, split: Split, best: Fit) -> Fit:
     """Return the given twin as a fit: its errors, beside the values that another fit estimates.
 
     best: the other fit. What detectors have read off the recording beside it stays in the twin.
@@ -82,11 +95,10 @@ def fit_given_twin(case: Case, split: Split, best: Fit) -> Fit:
     )
 
 
-def take_given_twin(case: Case, split: Split, answer: Answer) -> Answer:
+def take_given_twin(answer: Answer, given: Fit) -> Answer:
     """Return the answer with the given twin in the place of the improved twin.
 
     What detectors have read off the recording keeps its name; no other effect has a name then.
     """
-    given = fit_given_twin(case, split, answer.best)
     named = tuple(effect for effect in answer.named if effect.effect in given.twin.effects)
     return replace(answer, best=given, named=named, perhaps=(), ties=())
