@@ -12,7 +12,7 @@ from pendulum_sysid.finding.separation import (
     Tie,
     compute_naming_threshold,
     list_doubles,
-    pick_deciding_windows,
+    pose_on_deciding_windows,
 )
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.parameters import list_free_parameters, list_rig_parameters
@@ -55,10 +55,10 @@ def find_ties(
 def make_question(case: Case, split: Split, fit: Fit, name: str) -> ExchangeQuestion:
     """Return the question about an effect of a fit, on the windows that a diagnosis decides on."""
     others = tuple(effect for effect in fit.effects if effect != name)
-    windows, weight = pick_deciding_windows(case.state, split, fit.pieces)
+    problem, power = pose_on_deciding_windows(case, split, fit)
     return ExchangeQuestion(
-        problem=case.problem(windows),
-        power=fit.power / weight,
+        problem=problem,
+        power=power,
         theta=fit.theta,
         effect=BY_NAME[name],
         others=others,

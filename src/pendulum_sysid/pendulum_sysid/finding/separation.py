@@ -16,14 +16,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pendulum_sysid import decisions
-from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.finding.hypotheses import Shape
+from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.cross_validation import find_tame
 from pendulum_sysid.fitting.linearised import linearise
 from pendulum_sysid.fitting.parameters import Free
 from pendulum_sysid.fitting.problem import Problem
 from pendulum_sysid.fitting.windows import shorten_windows
-from pendulum_sysid.records import Split, Windows
+from pendulum_sysid.records import Fit, Split, Windows
 from pendulum_twin.arrays import Floats, Ints
 from pendulum_twin.effects import BY_NAME, CATALOGUE
 from pendulum_twin.effects.effect import Effect
@@ -97,17 +97,17 @@ class Rest:
     coefficients: Floats
 
 
-def pick_deciding_windows(
-    state: SmoothState, split: Split, pieces: int = 1
-) -> tuple[Windows, float]:
-    """Return some of the training and choosing windows, and for how many each of them stands.
+def pose_on_deciding_windows(case: Case, split: Split, fit: Fit) -> tuple[Problem, Floats]:
+    """Return the problem of some of the training and choosing windows, and the errors there.
 
-    pieces: into how many each window is cut.
+    The errors are those of `Fit.power`, divided by how many windows each of these stands for. The
+    windows are cut into as many pieces as those of the fit.
     """
     begin = np.sort(np.concatenate([split.train.begin, split.choose.begin]))
     kept = spread_indices(len(begin))
-    chosen = Windows(begin[kept], split.train.samples, state.states[begin[kept]])
-    return shorten_windows(state, chosen, pieces), len(begin) / len(kept)
+    chosen = Windows(begin[kept], split.train.samples, case.state.states[begin[kept]])
+    windows = shorten_windows(case.state, chosen, fit.pieces)
+    return case.problem(windows), fit.power / (len(begin) / len(kept))
 
 
 def spread_indices(count: int, most: int | None = None) -> Ints:

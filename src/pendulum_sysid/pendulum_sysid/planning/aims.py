@@ -14,7 +14,7 @@ from pendulum_sysid.finding.separation import (
     compute_columns,
     compute_deviations,
     compute_rest,
-    pick_deciding_windows,
+    pose_on_deciding_windows,
 )
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.parameters import Free, list_free_parameters
@@ -168,12 +168,11 @@ def make_partings(case: Case, split: Split, best: Fit, tie: Tie) -> list[Parting
     rivals = (*(name for name in best.effects if name != tie.effect), tie.rival)
     free = list_free_parameters(case.twin, rivals, case.scales)
     own = list_free_parameters(case.twin, best.effects, case.scales)
-    windows, weight = pick_deciding_windows(case.state, split, best.pieces)
-    at_hand, power = case.problem(windows), best.power / weight
+    problem, power = pose_on_deciding_windows(case, split, best)
     aims = []
     for mover, rival, follows in ((best.theta, tie.theta, free), (tie.theta, best.theta, own)):
         about = Linearisation(rival, follows, mover[None])
-        columns = compute_columns(at_hand, rival, follows, power, (), about.targets)
+        columns = compute_columns(problem, rival, follows, power, (), about.targets)
         aims.append(Parting(f"{tie.effect} and {tie.rival}", mover, about, columns.normal))
     return aims
 
@@ -183,8 +182,8 @@ def list_narrowings(case: Case, split: Split, best: Fit) -> list[Narrowing]:
     free = list_free_parameters(case.twin, best.effects, case.scales)
     if not free:
         return []
-    windows, weight = pick_deciding_windows(case.state, split, best.pieces)
-    normal = compute_columns(case.problem(windows), best.theta, free, best.power / weight).normal
+    problem, power = pose_on_deciding_windows(case, split, best)
+    normal = compute_columns(problem, best.theta, free, power).normal
     about, aims, axes = Linearisation(best.theta, free), [], np.eye(len(free))
     for k, parameter in enumerate(free):
         if not is_fitted_to_positions(parameter.name):

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import block_diag
 
-from pendulum_sysid.finding.separation import compute_columns, pick_deciding_windows
+from pendulum_sysid.finding.separation import compute_columns, pose_on_deciding_windows
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.measuring.curve import Curve, list_curves
 from pendulum_sysid.measuring.penalised_fit import list_all_free, list_parts
@@ -43,8 +43,8 @@ def list_band_narrowings(
     if not curves:
         return []
     free = list_all_free(case, best.effects, theta, curves)
-    windows, weight = pick_deciding_windows(case.state, split, best.pieces)
-    normal = compute_columns(case.problem(windows), theta, free, best.power / weight).normal
+    problem, power = pose_on_deciding_windows(case, split, best)
+    normal = compute_columns(problem, theta, free, power).normal
     parts = list_parts(len(free), curves)
     own = parts[0].start
     draws = [
