@@ -6,12 +6,12 @@ from pathlib import Path
 
 from pendulum_sysid.studies.proof.names import judge_names
 from pendulum_sysid.studies.proof.records import (
-    Answer,
     HeldOut,
     Judgement,
     OpenedTrial,
     Seal,
     Size,
+    TrialAnswer,
     UnlistedEffect,
 )
 from pendulum_twin.model import save_twin
@@ -46,9 +46,9 @@ def make_trial(
 
 def make_answer(
     *named: str, outcome: str = "", ties: dict[str, tuple[str, ...]] | None = None, **more: object
-) -> Answer:
+) -> TrialAnswer:
     outcome = outcome or ("named" if named else "nothing_missing")
-    return Answer(outcome, {name: (ties or {}).get(name, ()) for name in named}, **more)
+    return TrialAnswer(outcome, {name: (ties or {}).get(name, ()) for name in named}, **more)
 
 
 def make_size(true: float = 1.0, value: float = 1.0, half: float = 0.1, **changes: object) -> Size:
@@ -58,7 +58,7 @@ def make_size(true: float = 1.0, value: float = 1.0, half: float = 0.1, **change
     return replace(size, **changes)
 
 
-def make_judgement(trial: OpenedTrial, answer: Answer, **changes: object) -> Judgement:
+def make_judgement(trial: OpenedTrial, answer: TrialAnswer, **changes: object) -> Judgement:
     contents = {
         "names": judge_names(trial.seal, answer),
         "sizes": (),

@@ -32,14 +32,14 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, load_twin
 
 
-class Columns(Protocol):
+class ColumnSource(Protocol):
     """A pandas frame, or a mapping, with the columns t, command, cart and pole."""
 
     def get(self, key: str) -> Any:
         """Return a column, None if it is absent."""
 
 
-Source = Recording | str | Path | Columns
+Source = Recording | str | Path | ColumnSource
 Sources = Source | Sequence[Source]
 
 

@@ -30,7 +30,7 @@ from pendulum_bridge.nodes.trigger_call import call_trigger  # noqa: E402
 from pendulum_bridge.nodes.view_node import ViewNode  # noqa: E402
 from pendulum_bridge.view.samples import Source, is_fresh  # noqa: E402
 from pendulum_bridge.view.samples import Stage as Recorded  # noqa: E402
-from pendulum_bridge.view.server import Answer  # noqa: E402
+from pendulum_bridge.view.server import ServiceAnswer  # noqa: E402
 from pendulum_twin.emergency_stop import StopAnswer  # noqa: E402
 from pendulum_twin.errors import BadInputError  # noqa: E402
 from pendulum_twin.nodes.messages import to_time  # noqa: E402
@@ -60,7 +60,7 @@ def state(cart: float, stamp_ns: int = 10**9, **changed: Any) -> JointState:
     return message
 
 
-def pressed(ros: Graph, call: Any) -> Answer:
+def pressed(ros: Graph, call: Any) -> ServiceAnswer:
     """Await a call in its own thread, as the page's server does; the nodes are served here."""
     pool = ThreadPoolExecutor(1)
     future = pool.submit(asyncio.run, call)
@@ -176,13 +176,15 @@ def test_a_button_calls_its_service_and_says_what_it_said(
 
     user.create_service(Trigger, service, on_call)
     ros.until(lambda: view.buttons.is_offered(button), service)
-    assert pressed(ros, view.buttons.press(button)) == Answer(False, f"no {service} today")
+    assert pressed(ros, view.buttons.press(button)) == ServiceAnswer(False, f"no {service} today")
     assert calls == [service]
 
 
 def test_a_button_without_a_service_says_so(ros: Graph, view: ViewNode) -> None:
     answer = pressed(ros, view.buttons.press("stop"))
-    assert answer == Answer(False, "/rig/stop: nobody offers this service: is the node running?")
+    assert answer == ServiceAnswer(
+        False, "/rig/stop: nobody offers this service: is the node running?"
+    )
 
 
 def test_a_service_that_never_answers_is_given_up(ros: Graph) -> None:
@@ -239,7 +241,7 @@ def test_clear_stop_needs_no_other_node_once_the_sender_has_ended(
     assert pressed(ros, view.buttons.press("stop")).success
     sender.publish(Float64(data=0.3))  # the last command was not 0: silence has to do
     answer = pressed(ros, view.buttons.press("clear_stop"))
-    assert answer == Answer(True, StopAnswer.CLEARED.value)
+    assert answer == ServiceAnswer(True, StopAnswer.CLEARED.value)
 
 
 def test_a_plan_is_played_and_aborted_with_the_guards_of_its_node(
@@ -252,12 +254,12 @@ def test_a_plan_is_played_and_aborted_with_the_guards_of_its_node(
     values = {"start": "service", "exit_when_done": False, "namespace": "/excitation"}
     node = make_excitation(ros, written(tmp_path, *LONG), **values)
     ros.until(lambda: plan().offered, "the plan to be offered")
-    assert pressed(ros, view.buttons.press("play")) == Answer(
+    assert pressed(ros, view.buttons.press("play")) == ServiceAnswer(
         True, "the plan begins when all is ready"
     )
     ros.until(lambda: node._run.stage is Stage.PLAYING and plan().share > 0.0, "the plan")
     assert plan().outcome == "under way"
-    assert pressed(ros, view.buttons.press("abort")) == Answer(True, "the plan is aborted")
+    assert pressed(ros, view.buttons.press("abort")) == ServiceAnswer(True, "the plan is aborted")
     ros.until(lambda: plan().outcome.startswith("not played to its end: "), "the outcome")
     assert pressed(ros, view.buttons.press("abort")).sentence.startswith("nothing to abort")
 
@@ -267,7 +269,7 @@ def fetch(view: ViewNode, path: str) -> tuple[str, Any]:
         return answer.read().decode(), answer.headers
 
 
-def post(ros: Graph, view: ViewNode, button: str) -> Answer:
+def post(ros: Graph, view: ViewNode, button: str) -> ServiceAnswer:
     """Press a button of the page as a browser does; the nodes are served here."""
     headers = {"Origin": view.url.rstrip("/")}
     request = Request(view.url + button, method="POST", headers=headers)
@@ -275,7 +277,7 @@ def post(ros: Graph, view: ViewNode, button: str) -> Answer:
         future = pool.submit(urlopen, request, timeout=DEADLINE_S)
         ros.until(future.done, "the answer")
     with future.result() as answer:
-        return Answer(**json.load(answer))
+        return ServiceAnswer(**json.load(answer))
 
 
 class Rig(Node):
@@ -313,7 +315,7 @@ def test_a_recording_of_the_rig_ends_in_a_verdict_that_the_page_serves(
     }.get("/view/recorder", {})
     ros.until(lambda: view.buttons.recordings, "the page")
     silent = post(ros, view, "record")
-    assert silent == Answer(False, "/lab/rig: expected samples to record, found silence")
+    assert silent == ServiceAnswer(False, "/lab/rig: expected samples to record, found silence")
     rig = ros.add(Rig, "/lab/rig")
     rig.begin(10**9)
     ros.until(lambda: is_fresh(heard(view), monotonic()), "samples")
@@ -339,7 +341,7 @@ def test_without_a_folder_nothing_is_recorded(ros: Graph) -> None:
     view = ros.add(ViewNode, port=0, recordings="")
     assert view.board.take_snapshot(0.0).recordings is None
     answer = post(ros, view, "record")
-    assert answer == Answer(False, "record: the view has no folder for recordings")
+    assert answer == ServiceAnswer(False, "record: the view has no folder for recordings")
 
 
 def test_its_address_stands_on_a_line_of_its_own_and_is_opened(

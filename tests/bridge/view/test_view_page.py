@@ -33,7 +33,7 @@ from pendulum_bridge.view import server as view  # noqa: E402
 from pendulum_bridge.view.board import Board  # noqa: E402
 from pendulum_bridge.view.feed import HISTORY_S, Feed  # noqa: E402
 from pendulum_bridge.view.frame import COLUMNS  # noqa: E402
-from pendulum_bridge.view.server import Answer, make_app  # noqa: E402
+from pendulum_bridge.view.server import ServiceAnswer, make_app  # noqa: E402
 from pendulum_bridge.view.serving import Serving, open_listener  # noqa: E402
 from pendulum_twin.health import Health, Level  # noqa: E402
 from pendulum_twin.nodes.diagnostics import publish_health  # noqa: E402
@@ -442,8 +442,8 @@ def test_a_source_that_dies_is_told(world: World, page: Page) -> None:
 def serving(port: int) -> Serving:
     """Serve a page that nobody feeds."""
 
-    async def press(button: str) -> Answer:
-        return Answer(True, f"{button} was asked")
+    async def press(button: str) -> ServiceAnswer:
+        return ServiceAnswer(True, f"{button} was asked")
 
     def make() -> Any:
         feed = Feed(Board("/rig", "/twin").take_snapshot)

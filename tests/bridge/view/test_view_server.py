@@ -22,7 +22,7 @@ from pendulum_bridge.view.board import Board
 from pendulum_bridge.view.doorman import MOST_CONNECTIONS, Doorman
 from pendulum_bridge.view.feed import HISTORY_S, KEPT_S, RATE_HZ, Feed
 from pendulum_bridge.view.same_origin import find_refusal, is_loopback
-from pendulum_bridge.view.server import BUTTONS, Answer, Page, make_app
+from pendulum_bridge.view.server import BUTTONS, Page, ServiceAnswer, make_app
 from pendulum_bridge.view.serving import (
     Serving,
     format_url,
@@ -53,13 +53,13 @@ class Server:
         )
         return make_app(self.page), self.page.doorman
 
-    async def press(self, button: str) -> Answer:
+    async def press(self, button: str) -> ServiceAnswer:
         self.pressed.append(button)
         if button == "clear_stop":
             raise ValueError("broken")
         if self.hold and button == "reset":
             await asyncio.to_thread(self.hold.wait, DEADLINE_S)
-        return Answer(button == "stop", f"{button} was asked")
+        return ServiceAnswer(button == "stop", f"{button} was asked")
 
     @property
     def origin(self) -> str:
@@ -240,9 +240,9 @@ def test_a_report_is_served_apart_from_the_page(tmp_path: Path) -> None:
 def test_a_diagnosis_is_given_up_by_the_page_alone() -> None:
     asked: list[str] = []
 
-    def give_up(name: str) -> Answer:
+    def give_up(name: str) -> ServiceAnswer:
         asked.append(name)
-        return Answer(True, f"the diagnosis of {name} is given up")
+        return ServiceAnswer(True, f"the diagnosis of {name} is given up")
 
     async def test(server: Server, session: ClientSession) -> None:
         place = server.address + "recordings/monday/give_up"

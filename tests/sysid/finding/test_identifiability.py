@@ -15,9 +15,9 @@ from support.tied_recordings import (
 
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.exchange import refit_tie, screen_effects
-from pendulum_sysid.finding.hypotheses import Shape, list_possible_effects
+from pendulum_sysid.finding.hypotheses import EffectShape, list_possible_effects
 from pendulum_sysid.finding.identifiability import find_ties, make_question
-from pendulum_sysid.finding.separation import Columns, compute_rest, is_rival
+from pendulum_sysid.finding.separation import ColumnProducts, compute_rest, is_rival
 from pendulum_sysid.fitting.fit import fit
 from pendulum_sysid.fitting.parameters import list_free_parameters
 from pendulum_twin.effects import BY_NAME, CATALOGUE
@@ -157,12 +157,12 @@ def test_effects_that_the_given_twin_holds_are_not_asked_about() -> None:
     assert find_ties(replace(case, twin=DELAY), split, best) == ()
 
 
-def columns_of(vectors: np.ndarray, one_way: bool, on_or_off: bool) -> Columns:
+def columns_of(vectors: np.ndarray, one_way: bool, on_or_off: bool) -> ColumnProducts:
     """Return columns of a shape (the first vector) and a target (the second), nothing free."""
     effect = BY_NAME["input_sign_inverted" if on_or_off else "rail_tilt"]
     nothing = np.zeros(SIZE)
-    shape = Shape(effect, nothing, nothing[None], (one_way,), np.empty((0, SIZE)), ())
-    return Columns(vectors @ vectors.T, (), (shape,), (0,), 1)
+    shape = EffectShape(effect, nothing, nothing[None], (one_way,), np.empty((0, SIZE)), ())
+    return ColumnProducts(vectors @ vectors.T, (), (shape,), (0,), 1)
 
 
 def test_what_a_rival_takes_is_a_projection_and_keeps_its_sign() -> None:

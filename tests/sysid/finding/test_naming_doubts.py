@@ -96,7 +96,7 @@ def test_what_does_as_well_is_asked_what_it_contains(
         return rival.effect
 
     monkeypatch.setattr(naming.decisions, "RIVALS_REFITTED", 1)
-    monkeypatch.setattr(naming, "leave_out", lambda *about: "less")
+    monkeypatch.setattr(naming, "fit_without_effect", lambda *about: "less")
     monkeypatch.setattr(naming, "propose", lambda *about: proposals)
     monkeypatch.setattr(naming, "_fit_rival", fit_rival)
     monkeypatch.setattr(naming, "is_needed", lambda *about: as_good)

@@ -12,7 +12,7 @@ from pendulum_sysid.finding import search as search_module
 from pendulum_sysid.finding.journal import Search
 from pendulum_sysid.finding.search import Explanation, extend_horizon
 from pendulum_sysid.finding.signs import fit_parameters_alone
-from pendulum_sysid.finding.spoiled_windows import find_spoiled, leave_out, pick_windows
+from pendulum_sysid.finding.spoiled_windows import find_spoiled, leave_windows_out, pick_windows
 from pendulum_sysid.prepare import prepare
 from pendulum_sysid.records import Fit
 
@@ -79,5 +79,5 @@ def test_a_fit_keeps_the_pieces_of_the_windows_that_stay() -> None:
     rows = np.repeat(kept, base.pieces)
     assert np.array_equal(picked.start_states, base.start_states[rows])
     assert np.array_equal(picked.window_squares, base.window_squares[rows])
-    rest = leave_out(search, ~kept)
+    rest = leave_windows_out(search, ~kept)
     assert len(rest.split.learn) * base.pieces == len(picked.counts)

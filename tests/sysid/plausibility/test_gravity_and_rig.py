@@ -10,7 +10,7 @@ from support.made_recordings import INTECO, PERIOD_S, made
 
 from pendulum_sysid import pipeline
 from pendulum_sysid.errors import UnusableRecording
-from pendulum_sysid.plausibility.answers import Answer, Check
+from pendulum_sysid.plausibility.answers import Check, CheckAnswer
 from pendulum_sysid.plausibility.ask import check_plausibility, list_plausibility_doubts
 from pendulum_sysid.plausibility.balances import balance_pole
 from pendulum_sysid.prepare import prepare_case
@@ -57,16 +57,16 @@ def test_the_motion_of_any_rig_shows_gravity(twin: Twin, noise: float) -> None:
 @pytest.mark.parametrize(
     "times, cart, answer",
     [
-        (2.0, 1.0, Answer.NO),
-        (0.5, 1.0, Answer.NO),
-        (1.0, 0.2, Answer.NO),
-        (1.4, 1.0, Answer.DOUBT),
-        (1.1, 1.0, Answer.YES),
-        (1.0, 1.3, Answer.YES),
+        (2.0, 1.0, CheckAnswer.NO),
+        (0.5, 1.0, CheckAnswer.NO),
+        (1.0, 0.2, CheckAnswer.NO),
+        (1.4, 1.0, CheckAnswer.DOUBT),
+        (1.1, 1.0, CheckAnswer.YES),
+        (1.0, 1.3, CheckAnswer.YES),
     ],
 )
 def test_lengths_or_times_in_another_unit_show_another_gravity(
-    times: float, cart: float, answer: Answer
+    times: float, cart: float, answer: CheckAnswer
 ) -> None:
     """Half seconds keep within every range, and end as a torque on the pole that is gravity's."""
     found = check([scale(made(INTECO), times, cart)])[GRAVITY]
@@ -91,7 +91,7 @@ def test_an_encoder_that_counts_one_way_is_refused(direction: float) -> None:
     t = np.arange(len(signals)) * PERIOD_S
     recording = Recording.from_arrays(t, signals.command, way, signals.pole)
     found = check([recording])["Is the cart's position in metres?"]
-    assert found.answer is Answer.NO
+    assert found.answer is CheckAnswer.NO
     assert "counts without a direction" in found.advice
 
 
@@ -111,7 +111,7 @@ def test_an_angle_that_moves_as_no_pole_does_is_refused(
     t = np.arange(len(signals)) * PERIOD_S
     recording = Recording.from_arrays(t, signals.command, signals.cart, spoil(signals.pole))
     found = check([recording])["Is it an angle in radians?"]
-    assert found.answer is Answer.NO
+    assert found.answer is CheckAnswer.NO
     assert "whether its encoder counts both ways" in found.advice
 
 
@@ -128,7 +128,7 @@ def test_recordings_of_two_rigs_are_not_searched_as_one() -> None:
 def test_two_recordings_of_one_rig_are_of_one_rig() -> None:
     loaded = change_rig(cart_viscous_n_s_m=3.0, force_per_pwm_n=0.7)
     alike = check([made(INTECO), made(loaded, seed=1)])[ONE_RIG]
-    assert alike.answer is Answer.YES
+    assert alike.answer is CheckAnswer.YES
     assert ONE_RIG not in check([made(INTECO)])
 
 

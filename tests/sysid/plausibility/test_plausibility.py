@@ -17,7 +17,7 @@ from support.made_recordings import (
 
 from pendulum_sysid import pipeline
 from pendulum_sysid.finding.stages import Stage
-from pendulum_sysid.plausibility.answers import Answer, Check
+from pendulum_sysid.plausibility.answers import Check, CheckAnswer
 from pendulum_sysid.plausibility.ask import check_plausibility
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.records import Outcome, Recording
@@ -104,7 +104,7 @@ RIGHT = {
 @pytest.mark.parametrize("name", RIGHT)
 def test_what_a_search_can_find_is_plausible(columns: Columns, name: str) -> None:
     answers = {c.answer for c in check(record(RIGHT[name](columns))).values()}
-    assert answers == {Answer.YES}
+    assert answers == {CheckAnswer.YES}
 
 
 @pytest.mark.parametrize("constant", ["cart_mass_kg", "force_per_pwm_n", "pole_inertia_kg_m2"])
@@ -112,20 +112,20 @@ def test_what_a_search_can_find_is_plausible(columns: Columns, name: str) -> Non
 def test_wrong_constants_stop_nothing(columns: Columns, constant: str, factor: float) -> None:
     rig = replace(INTECO.rig, **{constant: factor * getattr(INTECO.rig, constant)})
     answers = {c.answer for c in check(record(columns), replace(INTECO, rig=rig)).values()}
-    assert Answer.NO not in answers
+    assert CheckAnswer.NO not in answers
 
 
 def test_a_twin_far_from_the_recording_is_doubted_but_not_refused(columns: Columns) -> None:
     rig = replace(INTECO.rig, force_per_pwm_n=10.0 * INTECO.rig.force_per_pwm_n)
     checks = check(record(columns), replace(INTECO, rig=rig))
     drive = checks["Is the drive about as strong as the twin's?"]
-    assert drive.answer is Answer.DOUBT
+    assert drive.answer is CheckAnswer.DOUBT
     assert "force_per_pwm_n of the twin file" in drive.advice
     heavy = replace(INTECO.rig, pole_inertia_kg_m2=10.0 * INTECO.rig.pole_inertia_kg_m2)
     swing = check(record(columns), replace(INTECO, rig=heavy))[
         "Does the hanging pole swing at its own frequency?"
     ]
-    assert swing.answer is Answer.DOUBT
+    assert swing.answer is CheckAnswer.DOUBT
     assert "pole_inertia_kg_m2" in swing.advice
 
 
@@ -135,18 +135,18 @@ def test_a_command_that_chatters_leaves_the_drive_its_strength() -> None:
     cart, pole = (made_states(INTECO, command)[:, :2] + random.normal(0.0, 5e-5, (3000, 2))).T
     chattering = {"t": np.arange(3000) * PERIOD_S, "command": command, "cart": cart, "pole": pole}
     drive = check(record(chattering))["Is the drive about as strong as the twin's?"]
-    assert drive.answer is Answer.YES
+    assert drive.answer is CheckAnswer.YES
 
 
 def test_one_joint_alone_is_asked_what_it_can_answer(columns: Columns) -> None:
     cart = check(without_joint(record(columns), "pole"))
-    assert {c.answer for c in cart.values()} == {Answer.YES}
+    assert {c.answer for c in cart.values()} == {CheckAnswer.YES}
     assert "Is the angle 0 upright?" not in cart
     pole = check(Recording.from_arrays(columns["t"], None, None, made_swing()))
-    assert {c.answer for c in pole.values()} == {Answer.YES}
+    assert {c.answer for c in pole.values()} == {CheckAnswer.YES}
     assert "Is the angle 0 upright?" in pole
     down = check(Recording.from_arrays(columns["t"], None, None, made_swing() - math.pi))
-    assert down["Is the angle 0 upright?"].answer is Answer.NO
+    assert down["Is the angle 0 upright?"].answer is CheckAnswer.NO
 
 
 def made_swing() -> Floats:
@@ -171,7 +171,7 @@ def test_noise_alone_convicts_nothing(columns: Columns) -> None:
         "cart": rng.normal(0.0, 1e-4, len(columns["t"])),
         "pole": math.pi + rng.normal(0.0, 1e-3, len(columns["t"])),
     }
-    assert Answer.NO not in {c.answer for c in check(record(still)).values()}
+    assert CheckAnswer.NO not in {c.answer for c in check(record(still)).values()}
 
 
 def test_a_pole_that_rests_upright_without_a_command_is_doubted(columns: Columns) -> None:
@@ -183,7 +183,7 @@ def test_a_pole_that_rests_upright_without_a_command_is_doubted(columns: Columns
         "pole": rng.normal(0.0, 1e-5, len(columns["t"])),
     }
     zero = check(record(quiet))["Is the angle 0 upright?"]
-    assert zero.answer is Answer.DOUBT
+    assert zero.answer is CheckAnswer.DOUBT
     assert zero.sentence.endswith(
         "import the file with --pole-zero down (with up, if it was imported with down)"
     )

@@ -17,7 +17,7 @@ from pendulum_sysid.studies.proof.names import (
     judge_names,
     match_inseparable,
 )
-from pendulum_sysid.studies.proof.records import Answer, Cell, NamesOutcome, Seal
+from pendulum_sysid.studies.proof.records import Cell, NamesOutcome, Seal, TrialAnswer
 from pendulum_twin.errors import BadInputError
 
 COULOMB, QUADRATIC, DELAY, LAG = (
@@ -28,7 +28,7 @@ COULOMB, QUADRATIC, DELAY, LAG = (
 )
 
 
-def judge_outcome(seal: Seal, answer: Answer) -> NamesOutcome:
+def judge_outcome(seal: Seal, answer: TrialAnswer) -> NamesOutcome:
     return judge_names(seal, answer).outcome
 
 
@@ -88,7 +88,7 @@ def test_names_are_shared_out_so_that_all_effects_have_theirs() -> None:
         (make_answer(error="ValueError: no"), NamesOutcome.CRASHED),
     ],
 )
-def test_where_nothing_is_hidden(answer: Answer, expected: NamesOutcome) -> None:
+def test_where_nothing_is_hidden(answer: TrialAnswer, expected: NamesOutcome) -> None:
     assert judge_outcome(make_seal(), answer) is expected
 
 
@@ -104,7 +104,7 @@ def test_where_nothing_is_hidden(answer: Answer, expected: NamesOutcome) -> None
         (make_answer(), NamesOutcome.MISSED),
     ],
 )
-def test_what_the_catalogue_does_not_have(answer: Answer, expected: NamesOutcome) -> None:
+def test_what_the_catalogue_does_not_have(answer: TrialAnswer, expected: NamesOutcome) -> None:
     assert judge_outcome(make_seal(unlisted=(DRAG,)), answer) is expected
 
 
@@ -182,7 +182,7 @@ def test_a_verdict_is_read_as_an_answer() -> None:
         "missing_physics": [{"effect": COULOMB, "cannot_be_told_from": [QUADRATIC]}],
         "data_quality": [{"kind": "stale", "count": 3, "intervals_s": []}],
     }
-    assert read_answer(verdict) == Answer(
+    assert read_answer(verdict) == TrialAnswer(
         "ambiguous", {COULOMB: (QUADRATIC,)}, True, "cart", ("cart_velocity",)
     )
     assert read_answer({}, "broke").error == "broke"

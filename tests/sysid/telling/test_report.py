@@ -297,7 +297,7 @@ def test_hypotheses_stand_best_first_and_the_chosen_one_is_marked() -> None:
     ],
 )  # fmt: skip
 def test_numbers_have_sensible_digits(value: object, text: str) -> None:
-    assert display.format_number(value).replace("\u00a0", " ").replace("\u202f", " ") == text
+    assert display.render_number(value).replace("\u00a0", " ").replace("\u202f", " ") == text
 
 
 @pytest.mark.parametrize(

@@ -50,7 +50,7 @@ class Playback:
 
 
 @dataclass(frozen=True)
-class Answer:
+class PlaybackStep:
     """Hold the playback after a sample and the command for it.
 
     playback: the state for the next sample.
@@ -68,7 +68,7 @@ def is_over(playback: Playback, plan: Excitation) -> bool:
 
 def answer_sample(
     stamp_ns: int, cart_m: float, cart_m_s: float, playback: Playback, plan: Excitation
-) -> Answer:
+) -> PlaybackStep:
     """Return the command for the sample with this stamp; 0 after the plan.
 
     The command acts until the next sample. A sample no newer than the sample before gets no
@@ -76,13 +76,13 @@ def answer_sample(
     Two samples in the same period, as stamps are uneven, get the same command of the plan.
     """
     if playback.sample >= 0 and stamp_ns <= playback.stamp_ns:
-        return Answer(replace(playback, old=playback.old + 1), None)
+        return PlaybackStep(replace(playback, old=playback.old + 1), None)
     playback = _count_sample(stamp_ns, playback, plan)
     if is_over(playback, plan):
-        return Answer(playback, 0.0)
+        return PlaybackStep(playback, 0.0)
     if playback.way is None and plan.push_ends is not None:
         playback = _follow_push(cart_m, cart_m_s, playback, plan)
-    return Answer(
+    return PlaybackStep(
         playback, compute_command(plan, playback.sample, cart_m, cart_m_s, playback.way or 0)
     )
 

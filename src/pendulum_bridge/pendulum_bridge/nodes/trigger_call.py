@@ -9,10 +9,10 @@ from typing import Any
 from rclpy.client import Client
 from std_srvs.srv import Trigger
 
-from pendulum_bridge.view.server import Answer
+from pendulum_bridge.view.server import ServiceAnswer
 
 
-async def call_trigger(client: Client, deadline_s: float) -> Answer:
+async def call_trigger(client: Client, deadline_s: float) -> ServiceAnswer:
     """Return the answer of a Trigger service, or why it does not answer.
 
     Another thread spins the client's node.
@@ -21,7 +21,7 @@ async def call_trigger(client: Client, deadline_s: float) -> Answer:
     """
     name = client.service_name
     if not client.service_is_ready():
-        return Answer(False, f"{name}: nobody offers this service: is the node running?")
+        return ServiceAnswer(False, f"{name}: nobody offers this service: is the node running?")
     loop = asyncio.get_running_loop()
     arrived: asyncio.Future[Trigger.Response] = loop.create_future()
 
@@ -34,12 +34,12 @@ async def call_trigger(client: Client, deadline_s: float) -> Answer:
     try:
         response = await asyncio.wait_for(arrived, deadline_s)
     except TimeoutError:
-        return Answer(
+        return ServiceAnswer(
             False, f"{name}: no answer within {deadline_s:g} s; whether it acted is not known"
         )
     finally:
         client.remove_pending_request(pending)
-    return Answer(bool(response.success), str(response.message))
+    return ServiceAnswer(bool(response.success), str(response.message))
 
 
 def _settle(arrived: asyncio.Future[Any], response: Any) -> None:

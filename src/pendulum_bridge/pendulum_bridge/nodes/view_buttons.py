@@ -15,7 +15,7 @@ from pendulum_bridge.view.board import Board
 from pendulum_bridge.view.live import END_RECORDING, GIVE_UP, RECORD
 from pendulum_bridge.view.recordings import Recordings
 from pendulum_bridge.view.samples import compute_silence_s
-from pendulum_bridge.view.server import Answer
+from pendulum_bridge.view.server import ServiceAnswer
 from pendulum_twin import topics
 from pendulum_twin.emergency_stop import StopAnswer
 from pendulum_twin.errors import BadInputError
@@ -59,13 +59,13 @@ class Buttons:
         client = self._clients[button]
         return client is not None and client.service_is_ready()
 
-    async def press(self, button: str) -> Answer:
+    async def press(self, button: str) -> ServiceAnswer:
         """Do what a button is for and return the answer."""
         if button in (RECORD, END_RECORDING):
             return self._press_recorder(button)
         client = self._clients[button]
         if client is None:
-            return Answer(False, f"{button}: the view does not listen to this pendulum")
+            return ServiceAnswer(False, f"{button}: the view does not listen to this pendulum")
         within_s = RESET_WITHIN_S if client.srv_name.endswith(topics.RESET) else ANSWER_WITHIN_S
         answer = await call_trigger(client, within_s)
         quiet_by = monotonic() + QUIET_WITHIN_S
@@ -75,29 +75,29 @@ class Buttons:
         self._note(client.srv_name, answer)
         return answer
 
-    def give_up(self, name: str) -> Answer:
+    def give_up(self, name: str) -> ServiceAnswer:
         """Give up the diagnosis of a recording and return the answer."""
         try:
             if self.recordings is None:
                 raise BadInputError("the view has no folder for recordings")
             self.recordings.give_up(name)
-            answer = Answer(True, f"the diagnosis of {name} is given up")
+            answer = ServiceAnswer(True, f"the diagnosis of {name} is given up")
         except BadInputError as error:
-            answer = Answer(False, str(error))
+            answer = ServiceAnswer(False, str(error))
         self._note(GIVE_UP, answer)
         return answer
 
-    def _press_recorder(self, button: str) -> Answer:
+    def _press_recorder(self, button: str) -> ServiceAnswer:
         if self.recordings is None:
-            return Answer(False, f"{button}: the view has no folder for recordings")
+            return ServiceAnswer(False, f"{button}: the view has no folder for recordings")
         try:
             if button == RECORD:
                 self._check_source()
-                answer = Answer(True, f"recording {self.recordings.begin()}")
+                answer = ServiceAnswer(True, f"recording {self.recordings.begin()}")
             else:
-                answer = Answer(True, f"{self.recordings.end()} is being closed")
+                answer = ServiceAnswer(True, f"{self.recordings.end()} is being closed")
         except BadInputError as error:
-            answer = Answer(False, str(error))
+            answer = ServiceAnswer(False, str(error))
         self._note(button, answer)
         return answer
 
@@ -110,7 +110,7 @@ class Buttons:
             name = source.namespace if source else "rig and twin"
             raise BadInputError(f"{name}: expected samples to record, found silence")
 
-    def _note(self, what: str, answer: Answer) -> None:
+    def _note(self, what: str, answer: ServiceAnswer) -> None:
         self._node.get_logger().info(f"{what} was asked for by the page: {answer.sentence}")
 
 

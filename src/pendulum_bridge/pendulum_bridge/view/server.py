@@ -42,7 +42,7 @@ HEADERS = {
 
 
 @dataclass(frozen=True)
-class Answer:
+class ServiceAnswer:
     """Hold the answer of a service: whether it succeeded, and its sentence."""
 
     success: bool
@@ -69,11 +69,13 @@ class Page:
 
     host: str
     feed: Feed
-    press: Callable[[str], Awaitable[Answer]]
+    press: Callable[[str], Awaitable[ServiceAnswer]]
     clock: Callable[[], float]
     complain: Callable[[str], None]
     find_file: Callable[[str, str], Path | None] = lambda name, file: None
-    give_up: Callable[[str], Answer] = lambda name: Answer(False, "the page records nothing")
+    give_up: Callable[[str], ServiceAnswer] = lambda name: ServiceAnswer(
+        False, "the page records nothing"
+    )
     heartbeat_s: float = 10.0
     browsers: set[web.WebSocketResponse] = field(default_factory=set)
     pending: set[str] = field(default_factory=set)
@@ -124,7 +126,7 @@ async def _check_request(request: web.Request, handler: Handler) -> web.StreamRe
     acts = request.method not in ("GET", "HEAD") or request.path == "/live"
     refused = find_refusal(request.headers, page.host, acts)
     if refused:
-        return web.json_response(asdict(Answer(False, f"refused. {refused}")), status=403)
+        return web.json_response(asdict(ServiceAnswer(False, f"refused. {refused}")), status=403)
     page.doorman.begin(request.transport)
     try:
         return await handler(request)
@@ -133,7 +135,7 @@ async def _check_request(request: web.Request, handler: Handler) -> web.StreamRe
     except Exception as error:
         page.complain(f"{request.path} failed: {error!r}")
         return web.json_response(
-            asdict(Answer(False, f"{request.path} failed: {error!r}")), status=500
+            asdict(ServiceAnswer(False, f"{request.path} failed: {error!r}")), status=500
         )
     finally:
         page.doorman.end(request.transport)
@@ -148,7 +150,7 @@ async def _press_button(request: web.Request) -> web.Response:
     page, button = request.app[PAGE], request.path[1:]
     if button in page.pending and button != STOP:
         return web.json_response(
-            asdict(Answer(False, f"{button}: asked for already, its answer is awaited"))
+            asdict(ServiceAnswer(False, f"{button}: asked for already, its answer is awaited"))
         )
     page.pending.add(button)
     try:
@@ -177,7 +179,7 @@ async def _stop(page: Page) -> dict[str, Any]:
         return await _perform(page, STOP)
     except Exception as error:
         page.complain(f"{STOP} failed: {error!r}")
-        return asdict(Answer(False, f"{STOP} failed: {error!r}"))
+        return asdict(ServiceAnswer(False, f"{STOP} failed: {error!r}"))
 
 
 async def _serve_frames(request: web.Request) -> web.StreamResponse:

@@ -22,7 +22,7 @@ SPARSEST_STEPS = 1.5  # from sample to sample: a grid of samples may be off by h
 
 
 @dataclass(frozen=True)
-class Answer:
+class StepSamples:
     """Hold the samples of a step.
 
     first: the first that is later than the command.
@@ -106,7 +106,7 @@ class RealTimePace:
         self._schedule.start(base.arrived_s, base.stamp_ns)
         return base.stamp_ns
 
-    def _wait_for_answer(self, sent_s: float, sent_ns: int) -> Answer:
+    def _wait_for_answer(self, sent_s: float, sent_ns: int) -> StepSamples:
         """Return the samples of the present step, at its end."""
         period_ns = self._sequence.period_ns or 0.0
         over_s = self._schedule.end_s + LATE_PERIODS * period_ns / 1e9
@@ -118,7 +118,7 @@ class RealTimePace:
             if received is not None:
                 last = received if self._sequence.accept(received.stamp_ns) else last
             elif reached or now_s >= over_s:
-                return Answer(first, last)
+                return StepSamples(first, last)
 
     def _wait_for_first(self, end_s: float, after_ns: int) -> Received:
         """Return the first sample in order later than after_ns; raise NoAnswerError at end_s."""

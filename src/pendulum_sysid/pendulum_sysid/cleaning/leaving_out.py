@@ -10,7 +10,7 @@ import numpy as np
 from pendulum_sysid.records import QualityFinding, Recording
 
 
-def leave_out(
+def leave_samples_out(
     recording: Recording, spans: Sequence[tuple[int, int]], finding: QualityFinding
 ) -> Recording:
     """Mark spans of samples (first, stop) as not valid, begin stretches there, add the finding."""

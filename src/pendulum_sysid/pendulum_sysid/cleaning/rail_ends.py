@@ -11,7 +11,7 @@ from scipy.ndimage import binary_dilation
 
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.clock import find_runs
-from pendulum_sysid.cleaning.leaving_out import leave_out
+from pendulum_sysid.cleaning.leaving_out import leave_samples_out
 from pendulum_sysid.records import QualityFinding, Recording
 from pendulum_twin.arrays import Floats, Mask
 
@@ -34,7 +34,7 @@ def leave_out_rail_ends(recording: Recording, half_m: float | None) -> Recording
     margin = max(round(decisions.SLIP_MARGIN_S / signals.period_s), 1)
     runs, times = find_runs(binary_dilation(at_end, iterations=margin)), signals.times_s
     spans = tuple((float(times[a]), float(times[b - 1]) + signals.period_s) for a, b in runs)
-    return leave_out(recording, runs, QualityFinding("rail_end", len(runs), spans, NOTE))
+    return leave_samples_out(recording, runs, QualityFinding("rail_end", len(runs), spans, NOTE))
 
 
 def is_locked(cart: Floats) -> bool:

@@ -22,7 +22,7 @@ from pendulum_sysid.cleaning.clock import find_runs
 from pendulum_sysid.cleaning.command_ramp import follow_ramp
 from pendulum_sysid.cleaning.drive_curve import bend_command
 from pendulum_sysid.cleaning.earlier_samples import delay_samples
-from pendulum_sysid.cleaning.leaving_out import leave_out
+from pendulum_sysid.cleaning.leaving_out import leave_samples_out
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.cleaning.stale_start import compute_slow_speed, list_brakes
 from pendulum_sysid.records import QualityFinding, Recording
@@ -62,7 +62,7 @@ def leave_out_slips(recording: Recording, state: SmoothState) -> Recording:
     around = [(max(slip.first - margin, 0), slip.stop + margin) for slip in slips]
     times = signals.times_s
     spans = tuple((float(times[s.first]), float(times[s.stop - 1])) for s in slips)
-    return leave_out(recording, around, QualityFinding("slip", len(slips), spans, NOTE))
+    return leave_samples_out(recording, around, QualityFinding("slip", len(slips), spans, NOTE))
 
 
 def find_slips(signals: Signals, state: SmoothState) -> list[Slip]:

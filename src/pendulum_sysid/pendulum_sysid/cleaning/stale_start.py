@@ -12,7 +12,7 @@ import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.earlier_samples import delay_samples
-from pendulum_sysid.cleaning.leaving_out import leave_out
+from pendulum_sysid.cleaning.leaving_out import leave_samples_out
 from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.records import QualityFinding, Recording
 from pendulum_twin.arrays import Floats
@@ -24,7 +24,7 @@ NOTE = "the cart does not answer its command yet"
 
 
 @dataclass(frozen=True)
-class Answer:
+class LinearAnswer:
     """Hold the cart's acceleration as a linear answer to the command, by least squares.
 
     late: samples by which the acceleration follows the command.
@@ -62,7 +62,9 @@ def leave_out_stale_start(recording: Recording, state: SmoothState) -> Recording
     intervals = tuple(
         (float(times[begin]), float(times[end - 1]) + signals.period_s) for begin, end in spans
     )
-    return leave_out(recording, spans, QualityFinding("stale", len(spans), intervals, NOTE))
+    return leave_samples_out(
+        recording, spans, QualityFinding("stale", len(spans), intervals, NOTE)
+    )
 
 
 def list_brakes(state: SmoothState) -> Floats:
@@ -76,7 +78,9 @@ def compute_slow_speed(state: SmoothState) -> float:
     return float(decisions.REST_SPEED_SHARE * np.sqrt(np.mean(state.states[:, 2] ** 2)) + 1e-12)
 
 
-def _fit_answer(signals: Signals, state: SmoothState, up_to: float = np.inf) -> Answer | None:
+def _fit_answer(
+    signals: Signals, state: SmoothState, up_to: float = np.inf
+) -> LinearAnswer | None:
     """Fit the cart's answer where it is not suspected, with the delay that fits best.
 
     up_to: larger commands are left out.
@@ -105,7 +109,9 @@ def _fit_answer(signals: Signals, state: SmoothState, up_to: float = np.inf) -> 
         )
         coefficients = np.linalg.lstsq(columns, target, rcond=None)[0]
         spread = float(np.std(target - columns @ coefficients))
-        answers.append(Answer(late, float(coefficients[0]), coefficients[1:], max(spread, 1e-12)))
+        answers.append(
+            LinearAnswer(late, float(coefficients[0]), coefficients[1:], max(spread, 1e-12))
+        )
     return min(answers, key=lambda answer: answer.spread)
 
 
@@ -115,7 +121,9 @@ def _count_suspected(signals: Signals, stretch: slice) -> int:
     return max(int(decisions.STALE_SHARE * (stretch.stop - stretch.start)), within)
 
 
-def _count_silent(signals: Signals, state: SmoothState, stretch: slice, answer: Answer) -> int:
+def _count_silent(
+    signals: Signals, state: SmoothState, stretch: slice, answer: LinearAnswer
+) -> int:
     """Return for how many samples a stretch is likelier without the drive than with it.
 
     This is a change point by likelihood. Weak commands may go unanswered for a dead zone, too:
@@ -134,7 +142,9 @@ def _count_silent(signals: Signals, state: SmoothState, stretch: slice, answer: 
     return 0 if to_weak is None else min(end, _find_silence(signals, state, stretch, to_weak))
 
 
-def _find_silence(signals: Signals, state: SmoothState, stretch: slice, answer: Answer) -> int:
+def _find_silence(
+    signals: Signals, state: SmoothState, stretch: slice, answer: LinearAnswer
+) -> int:
     """Return for how many samples silence is likelier than the answer; 0 where it is not sure.
 
     A cart that has surely answered is not silent later: what its pole does to a light cart for a

@@ -12,7 +12,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 from pendulum_sysid import decisions
-from pendulum_sysid.finding.hypotheses import Shape, make_shape_of, make_shapes
+from pendulum_sysid.finding.hypotheses import EffectShape, make_shape_of, make_shapes
 from pendulum_sysid.finding.separation import (
     Tie,
     compute_columns,
@@ -136,7 +136,7 @@ def _view_from_near(question: ExchangeQuestion, others: Sequence[Effect]) -> lis
 def _measure_distances(
     question: ExchangeQuestion,
     theta: Floats,
-    tried: tuple[Shape, ...],
+    tried: tuple[EffectShape, ...],
     target: Floats,
     times: float,
 ) -> list[Tie]:

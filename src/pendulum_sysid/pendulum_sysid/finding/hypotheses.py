@@ -20,7 +20,7 @@ MOVED = 0.05
 
 
 @dataclass(frozen=True)
-class Shape:
+class EffectShape:
     """Hold one way in which an effect may show, to compare with a twin without it.
 
     An effect that is on or off, or that has shape parameters only, has one size: all of it.
@@ -73,7 +73,9 @@ def list_possible_effects(rig: Rig) -> tuple[Effect, ...]:
     )
 
 
-def make_shapes(theta: Floats, effect: Effect, scales: Scales, share: float = 1.0) -> list[Shape]:
+def make_shapes(
+    theta: Floats, effect: Effect, scales: Scales, share: float = 1.0
+) -> list[EffectShape]:
     """Return the ways in which an effect may show beside the effects of a twin.
 
     theta: (SIZE,) of the twin.
@@ -104,12 +106,12 @@ def make_shapes(theta: Floats, effect: Effect, scales: Scales, share: float = 1.
     ]
 
 
-def make_shape_of(theta: Floats, effect: Effect, scales: Scales) -> Shape:
+def make_shape_of(theta: Floats, effect: Effect, scales: Scales) -> EffectShape:
     """Return the way in which theta (SIZE,) holds an effect; a switch counts as on."""
     if not effect.parameters:
         on = theta.copy()
         on[SLOTS[effect.name]] = 1.0
-        return Shape(effect, on, on[None], (True,), np.empty((0, theta.size)), ())
+        return EffectShape(effect, on, on[None], (True,), np.empty((0, theta.size)), ())
     return _make_shape(
         theta,
         effect,
@@ -118,12 +120,14 @@ def make_shape_of(theta: Floats, effect: Effect, scales: Scales) -> Shape:
     )
 
 
-def choose_typical(shapes: list[Shape]) -> Shape:
+def choose_typical(shapes: list[EffectShape]) -> EffectShape:
     """Return the shape that stands for all of an effect's: the one in the middle."""
     return shapes[len(shapes) // 2]
 
 
-def _make_shape(theta: Floats, effect: Effect, values: list[float], sizes: list[float]) -> Shape:
+def _make_shape(
+    theta: Floats, effect: Effect, values: list[float], sizes: list[float]
+) -> EffectShape:
     start = SLOTS[effect.name].start
     whole = theta.copy()
     whole[SLOTS[effect.name]] = values
@@ -143,7 +147,7 @@ def _make_shape(theta: Floats, effect: Effect, values: list[float], sizes: list[
             theta_moved[start + k] += step
             moved.append(theta_moved)
     one_way = tuple(_has_one_sign(effect.parameters[k]) for k in how_much) or (True,)
-    return Shape(
+    return EffectShape(
         effect,
         whole,
         np.array(alone or [whole]),

@@ -21,7 +21,7 @@ from pendulum_sysid.finding.judge import (
 )
 from pendulum_sysid.finding.pole_alone import PoleAnswer
 from pendulum_sysid.finding.propose import Proposal, propose
-from pendulum_sysid.finding.pruning import leave_out
+from pendulum_sysid.finding.pruning import fit_without_effect
 from pendulum_sysid.finding.replication import Replication, replicate_effects
 from pendulum_sysid.finding.separation import Tie, is_related
 from pendulum_sysid.finding.weights import WeighedSet, weigh_effect
@@ -112,7 +112,7 @@ def _exchange_and_compare(search: Search, best: Fit, name: str) -> Named:
     The likeliest rivals are asked. What does as well may do so by an effect that it contains,
     which is then asked, too.
     """
-    less = leave_out(search, best, name)
+    less = fit_without_effect(search, best, name)
     search.journal.note(less, f"without {name}")
     others = [
         proposal

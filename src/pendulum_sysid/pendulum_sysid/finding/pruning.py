@@ -37,7 +37,7 @@ def prune_set(
     return best
 
 
-def leave_out(search: Search, best: Fit, name: str) -> Fit:
+def fit_without_effect(search: Search, best: Fit, name: str) -> Fit:
     """Return the fit without an effect, all others fitted again."""
     others = tuple(effect for effect in best.effects if effect != name)
     return search.fit_effects(others, best, exchange_effect(best, name, others))

@@ -36,7 +36,7 @@ from pendulum_sysid.finding.pruning import prune_set
 from pendulum_sysid.finding.rounding import doubt_rounding
 from pendulum_sysid.finding.separation import Tie
 from pendulum_sysid.finding.signs import fit_parameters_alone
-from pendulum_sysid.finding.spoiled_windows import find_spoiled, leave_out, pick_windows
+from pendulum_sysid.finding.spoiled_windows import find_spoiled, leave_windows_out, pick_windows
 from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.finding.subsets import find_subsets
 from pendulum_sysid.finding.tied_intervals import fit_rivals, hold_rivals
@@ -208,7 +208,7 @@ def extend_horizon(search: Search, base: Fit, explanation: Explanation) -> Expla
     begun = search.fit_over_horizon(short, 1)
     spoiled = find_spoiled(begun)
     if spoiled.any():
-        rest, near = leave_out(search, spoiled), pick_windows(short, ~spoiled)
+        rest, near = leave_windows_out(search, spoiled), pick_windows(short, ~spoiled)
         calm = rest.fit_over_horizon(near, 1)
         if calm.choose <= decisions.MISFIT_AT_NOISE:
             far = add_over_horizon(rest, base, near, calm, explanation.expected)

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pendulum_sysid import decisions
-from pendulum_sysid.finding.hypotheses import Shape
+from pendulum_sysid.finding.hypotheses import EffectShape
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.cross_validation import find_tame
 from pendulum_sysid.fitting.linearised import linearise
@@ -33,7 +33,7 @@ NOTHING = 1e-6  # standard errors: what shows less does not show
 
 
 @dataclass(frozen=True)
-class Columns:
+class ColumnProducts:
     """Hold the products of all columns with each other, start states following.
 
     Columns of free parameters come first, then those of shapes, then those of targets.
@@ -47,7 +47,7 @@ class Columns:
 
     normal: Floats
     free: tuple[Free, ...]
-    shapes: tuple[Shape, ...]
+    shapes: tuple[EffectShape, ...]
     at: tuple[int, ...]
     first_target: int
 
@@ -174,9 +174,9 @@ def compute_columns(
     theta: Floats,
     free: tuple[Free, ...],
     power: Floats,
-    shapes: tuple[Shape, ...] = (),
+    shapes: tuple[EffectShape, ...] = (),
     targets: Floats | None = None,
-) -> Columns:
+) -> ColumnProducts:
     """Return the columns of free parameters, of shapes, and of the changes to targets.
 
     theta: (SIZE,) from which everything changes.
@@ -196,7 +196,7 @@ def compute_columns(
     ).normal
     combined, at = _make_combinations(len(free), shapes, len(targets))
     first_target = combined.shape[1] - len(targets)
-    return Columns(combined.T @ normal @ combined, free, shapes, at, first_target)
+    return ColumnProducts(combined.T @ normal @ combined, free, shapes, at, first_target)
 
 
 def drop_wild_windows(problem: Problem, theta: Floats, power: Floats) -> Problem:
@@ -212,7 +212,7 @@ def drop_wild_windows(problem: Problem, theta: Floats, power: Floats) -> Problem
 
 
 def _make_combinations(
-    free: int, shapes: tuple[Shape, ...], targets: int
+    free: int, shapes: tuple[EffectShape, ...], targets: int
 ) -> tuple[Floats, tuple[int, ...]]:
     """Return the matrix that makes columns of steps, and where each shape begins.
 
@@ -232,7 +232,7 @@ def _make_combinations(
     return np.array(rows).T, tuple(at)
 
 
-def compute_rest(columns: Columns, target: Floats, shape: int | None = None) -> Rest:
+def compute_rest(columns: ColumnProducts, target: Floats, shape: int | None = None) -> Rest:
     """Return what is left of a target beside the free parameters and one shape.
 
     Sizes that have one sign keep it; an effect that is on or off is taken whole.
@@ -277,7 +277,9 @@ def _project(normal: Floats, target: Floats, taking: Ints, free: int) -> Rest | 
     return Rest(float(np.sqrt(max(square, 0.0))), taking, taken / scale)
 
 
-def make_nearest_theta(columns: Columns, theta: Floats, shape: int, residual: Rest) -> Floats:
+def make_nearest_theta(
+    columns: ColumnProducts, theta: Floats, shape: int, residual: Rest
+) -> Floats:
     """Return theta (SIZE,) of the twin with a shape that comes nearest, to first order.
 
     All parameters stay within their bounds.

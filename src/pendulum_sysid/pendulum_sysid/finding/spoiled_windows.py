@@ -29,7 +29,7 @@ def find_spoiled(fit: Fit) -> Mask:
     return np.asarray(far if is_few else np.zeros_like(far))
 
 
-def leave_out(search: Search, spoiled: Mask) -> Search:
+def leave_windows_out(search: Search, spoiled: Mask) -> Search:
     """Return the search without some of the windows that it learns from.
 
     spoiled: (windows,) of `Split.learn`.

@@ -57,7 +57,7 @@ class Subset:
 
 
 @dataclass(frozen=True)
-class Columns:
+class LinearisedCost:
     """Hold the linearised cost about a fit, with a column for each probe of a candidate.
 
     effects: (probes,) the candidate of each probe.
@@ -116,7 +116,7 @@ def find_subsets(search: Search, fit: Fit, most: int) -> list[Subset]:
     ]
 
 
-def _linearise_candidates(search: Search, fit: Fit, free: tuple[Free, ...]) -> Columns:
+def _linearise_candidates(search: Search, fit: Fit, free: tuple[Free, ...]) -> LinearisedCost:
     case = search.case
     probed = list_probes(case, fit)
     windows = shorten_windows(case.state, search.split.learn, fit.pieces)
@@ -126,7 +126,7 @@ def _linearise_candidates(search: Search, fit: Fit, free: tuple[Free, ...]) -> C
     )
     effects = tuple(effect for effect, _ in probed)
     blocks = _cut_blocks(system)
-    return Columns(
+    return LinearisedCost(
         effects,
         targets,
         len(free),
@@ -143,7 +143,7 @@ def _cut_blocks(system: System) -> list[Ints]:
     return np.array_split(np.arange(count), min(decisions.SPREAD_BLOCKS, count))
 
 
-def _list_sets(columns: Columns, kept: Sequence[Ints], size: int) -> Ints:
+def _list_sets(columns: LinearisedCost, kept: Sequence[Ints], size: int) -> Ints:
     """Return sets of probes, (sets, size): all of them, or those that extend the best smaller.
 
     No set holds an effect twice, or an effect beside one that contains it.
@@ -176,7 +176,7 @@ def _tell_apart(effects: Sequence[Effect]) -> Mask:
     )
 
 
-def _solve_sets(columns: Columns, sets: Ints) -> tuple[Floats, Floats]:
+def _solve_sets(columns: LinearisedCost, sets: Ints) -> tuple[Floats, Floats]:
     """Return the steps along the probes of each set, (sets, size), and the gains, (sets,).
 
     Everything that is fitted already follows. A set that needs an impossible step gains nothing.
@@ -213,7 +213,7 @@ def _solve_sets(columns: Columns, sets: Ints) -> tuple[Floats, Floats]:
     return stopped, np.where(possible.all(axis=1), gains, 0.0)
 
 
-def _pick_distinct(columns: Columns, sets: Ints, order: Ints) -> list[int]:
+def _pick_distinct(columns: LinearisedCost, sets: Ints, order: Ints) -> list[int]:
     """Return the indices of the best set for each choice of effects, in order of their gains."""
     best: dict[tuple[str, ...], int] = {}
     for k in order:
@@ -223,7 +223,7 @@ def _pick_distinct(columns: Columns, sets: Ints, order: Ints) -> list[int]:
     return list(best.values())
 
 
-def _cross_validate(columns: Columns, members: Ints) -> Floats:
+def _cross_validate(columns: LinearisedCost, members: Ints) -> Floats:
     """Return the gain in each block of a fit to the other blocks, (blocks,)."""
     at = np.concatenate([np.arange(columns.fitted), columns.fitted + members])
     normals, scores = columns.normals[:, at[:, None], at], columns.scores[:, at]
@@ -237,7 +237,7 @@ def _cross_validate(columns: Columns, members: Ints) -> Floats:
 
 
 def _keep_smallest(
-    columns: Columns, chosen: Sequence[tuple[Ints, Floats, Floats]]
+    columns: LinearisedCost, chosen: Sequence[tuple[Ints, Floats, Floats]]
 ) -> list[tuple[Ints, Floats, Floats]]:
     """Return the smallest sets that no larger set is ahead of by more than a standard error."""
     if not chosen:
@@ -264,12 +264,17 @@ def _is_as_good(lead: Floats) -> bool:
     return float(lead.sum()) >= -spread
 
 
-def _count_parameters(columns: Columns, members: Ints) -> int:
+def _count_parameters(columns: LinearisedCost, members: Ints) -> int:
     return sum(max(len(columns.effects[k].parameters), 1) for k in members)
 
 
 def _make_subset(
-    columns: Columns, fit: Fit, free: tuple[Free, ...], members: Ints, steps: Floats, gains: Floats
+    columns: LinearisedCost,
+    fit: Fit,
+    free: tuple[Free, ...],
+    members: Ints,
+    steps: Floats,
+    gains: Floats,
 ) -> Subset:
     """Return the set with the parameter vector that the linearised cost is lowest at."""
     n = columns.fitted

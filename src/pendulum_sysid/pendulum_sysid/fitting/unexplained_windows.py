@@ -13,7 +13,7 @@ from itertools import groupby
 import numpy as np
 
 from pendulum_sysid import decisions
-from pendulum_sysid.cleaning.leaving_out import leave_out
+from pendulum_sysid.cleaning.leaving_out import leave_samples_out
 from pendulum_sysid.fitting.acting_commands import follow_windows
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
@@ -46,7 +46,9 @@ def leave_out_unexplained(case: Case, theta: Floats) -> Case:
     spans = _join_spans(windows, far)
     period_s = case.signals.period_s
     times = tuple((first * period_s, stop * period_s) for first, stop in spans)
-    recording = leave_out(case.recording, spans, QualityFinding("gap", len(spans), times, NOTE))
+    recording = leave_samples_out(
+        case.recording, spans, QualityFinding("gap", len(spans), times, NOTE)
+    )
     return replace(case, recording=recording)
 
 

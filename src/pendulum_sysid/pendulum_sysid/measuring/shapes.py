@@ -15,7 +15,7 @@ PLACES = ("centre", "place")  # parameters of shapes that say where
 LARGEST = 1e6  # of a column; an exponential beyond it is no curve between knots
 
 # From places (n,) and the parameters that say where or how, to columns (n, k).
-Columns = Callable[..., Floats]
+ColumnMaker = Callable[..., Floats]
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Shape:
 
     name: str
     text: str
-    columns: Columns
+    columns: ColumnMaker
     factors: tuple[str, ...]
     more: tuple[str, ...] = ()
     starts: Callable[[float, float, int], tuple[tuple[float, ...], ...]] = lambda *_: ()

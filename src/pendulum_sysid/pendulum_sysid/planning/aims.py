@@ -9,7 +9,7 @@ import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.separation import (
-    Columns,
+    ColumnProducts,
     Tie,
     compute_columns,
     compute_deviations,
@@ -98,7 +98,7 @@ class Parting:
     def rate(self, normal: Floats) -> float:
         """Return the standard errors between the two twins."""
         free = self.linearisation.free
-        columns = Columns(normal, free, (), (), len(free))
+        columns = ColumnProducts(normal, free, (), (), len(free))
         return compute_rest(columns, columns.get_target()).distance
 
 

@@ -16,7 +16,7 @@ from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.smooth_state import smooth_state
 from pendulum_sysid.finding.exchange import ExchangeQuestion, find_near_effects
 from pendulum_sysid.finding.hypotheses import (
-    Shape,
+    EffectShape,
     choose_typical,
     list_possible_effects,
     make_shapes,
@@ -24,7 +24,7 @@ from pendulum_sysid.finding.hypotheses import (
 from pendulum_sysid.finding.journal import Progress, report_nothing
 from pendulum_sysid.finding.separation import (
     NOTHING,
-    Columns,
+    ColumnProducts,
     compute_columns,
     compute_deviations,
     compute_naming_threshold,
@@ -188,7 +188,7 @@ def _find_inseparable(
     problem: Problem,
     power: Floats,
     free: tuple[Free, ...],
-    middle: tuple[Shape, ...],
+    middle: tuple[EffectShape, ...],
     runs: list[Signals],
     report: Progress,
 ) -> list[tuple[str, ...]]:
@@ -244,8 +244,8 @@ def _find_shares(
     theta: Floats,
     free: tuple[Free, ...],
     power: Floats,
-    middle: tuple[Shape, ...],
-    columns: Columns,
+    middle: tuple[EffectShape, ...],
+    columns: ColumnProducts,
     errors: float,
 ) -> list[float | None]:
     """Return the share of its typical size at which each effect stands out of the noise.
@@ -256,7 +256,7 @@ def _find_shares(
     Secant steps on logarithms, because effects do not all grow in proportion to their size.
     """
 
-    def compute_excess(shown: Columns) -> Floats:
+    def compute_excess(shown: ColumnProducts) -> Floats:
         return np.log(np.maximum(_compute_distances(shown, len(middle)), NOTHING) / errors)
 
     old, slope = np.zeros(len(middle)), np.ones(len(middle))
@@ -277,14 +277,14 @@ def _find_shares(
     ]
 
 
-def _compute_distances(columns: Columns, count: int) -> Floats:
+def _compute_distances(columns: ColumnProducts, count: int) -> Floats:
     """Return by how many standard errors each effect stands out of the noise."""
     return np.array([compute_rest(columns, columns.get_target(k)).distance for k in range(count)])
 
 
 def _make_row(
     errors: float,
-    shape: Shape,
+    shape: EffectShape,
     detectable: float | None,
     nameable: float | None,
     inseparable: tuple[str, ...],
@@ -323,7 +323,7 @@ def _make_row(
     )
 
 
-def _list_constants(columns: Columns, theta: Floats) -> tuple[Constant, ...]:
+def _list_constants(columns: ColumnProducts, theta: Floats) -> tuple[Constant, ...]:
     """Return how well the plan fixes the rig's constants, all of them free together."""
     count = len(columns.free)
     deviations = compute_deviations(columns.normal[:count, :count])

@@ -10,7 +10,7 @@ import numpy as np
 from pendulum_sysid import decisions
 from pendulum_sysid.cleaning.smooth_state import smooth_state
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.plausibility.answers import Answer, Check
+from pendulum_sysid.plausibility.answers import Check, CheckAnswer
 from pendulum_sysid.plausibility.balances import PoleBalance, balance_pole
 from pendulum_sysid.plausibility.swings import swings_widely
 from pendulum_sysid.plausibility.units import (
@@ -37,19 +37,21 @@ def check_pole_columns(case: Case, as_it_is: PoleBalance) -> Check | None:
         decisions.ZERO_DOUBT_RAD < as_it_is.hangs_off_rad < math.pi - decisions.ZERO_CERTAIN_RAD
     )
     if explained and has_known_zero:
-        return Check(question, Answer.YES, expected, observed)
+        return Check(question, CheckAnswer.YES, expected, observed)
     for advice, other in _list_other_readings(signals).items():
         balance = balance_pole(other, smooth_state(other))
         hangs = balance.hangs_off_rad < decisions.ZERO_CERTAIN_RAD or not explained
         sure = balance.explained >= decisions.BALANCE_SURE
         if sure and hangs and is_near(balance, case, decisions.FREQUENCY_FACTOR):
             observed += f", {balance.explained:.0%} if read otherwise"
-            return Check(question, Answer.NO, expected, observed, advice)
+            return Check(question, CheckAnswer.NO, expected, observed, advice)
     if explained:
-        return Check(question, Answer.YES, expected, observed)
+        return Check(question, CheckAnswer.YES, expected, observed)
     advice = "check the column, unit and scale of --pole, and whether its encoder counts both ways"
     foreign = as_it_is.explained < decisions.BALANCE_FOREIGN and swings_widely(signals)
-    return Check(question, Answer.NO if foreign else Answer.DOUBT, expected, observed, advice)
+    return Check(
+        question, CheckAnswer.NO if foreign else CheckAnswer.DOUBT, expected, observed, advice
+    )
 
 
 def _list_other_readings(signals: Signals) -> dict[str, Signals]:
@@ -99,23 +101,25 @@ def check_pole_zero(case: Case, balance: PoleBalance) -> Check | None:
         if not _rests_upright(case):
             return None
         observed = "a pole that rests upright without a command"
-        return Check(question, Answer.DOUBT, expected, observed, advice)
+        return Check(question, CheckAnswer.DOUBT, expected, observed, advice)
     observed = f"a pole that hangs at {(balance.upright_rad + math.pi) % TURN:.3g} rad"
     off_zero = math.pi - balance.hangs_off_rad
     if balance.hangs_off_rad <= decisions.ZERO_DOUBT_RAD:
-        return Check(question, Answer.YES, expected, observed)
+        return Check(question, CheckAnswer.YES, expected, observed)
     if off_zero >= decisions.ZERO_DOUBT_RAD:
         advice = (
             "check the sensor's zero; an angle of --sin and --cos that were exchanged hangs a "
             "quarter turn off"
         )
-        return Check(question, Answer.DOUBT, expected, observed, advice)
+        return Check(question, CheckAnswer.DOUBT, expected, observed, advice)
     certain = (
         off_zero < decisions.ZERO_CERTAIN_RAD
         and is_near(balance, case, decisions.FREQUENCY_FACTOR)
         and _is_coupled(balance, case)
     )
-    return Check(question, Answer.NO if certain else Answer.DOUBT, expected, observed, advice)
+    return Check(
+        question, CheckAnswer.NO if certain else CheckAnswer.DOUBT, expected, observed, advice
+    )
 
 
 def _is_coupled(balance: PoleBalance, case: Case) -> bool:

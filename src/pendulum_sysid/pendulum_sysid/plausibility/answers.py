@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 
-class Answer(Enum):
+class CheckAnswer(Enum):
     """What a check comes to."""
 
     YES = "yes"
@@ -25,7 +25,7 @@ class Check:
     """
 
     question: str
-    answer: Answer
+    answer: CheckAnswer
     expected: str
     observed: str
     advice: str = ""

@@ -12,7 +12,7 @@ from __future__ import annotations
 from pendulum_sysid.errors import UnusableRecording
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.plausibility.angle_checks import check_pole_columns, check_pole_zero
-from pendulum_sysid.plausibility.answers import Answer, Check
+from pendulum_sysid.plausibility.answers import Check, CheckAnswer
 from pendulum_sysid.plausibility.balances import balance_pole, measure_gain
 from pendulum_sysid.plausibility.drive_checks import (
     check_cart_range,
@@ -53,17 +53,17 @@ def list_plausibility_doubts(case: Case) -> tuple[str, ...]:
     """
     checks = check_plausibility(case)
     for check in checks:
-        if check.answer is Answer.NO:
+        if check.answer is CheckAnswer.NO:
             raise UnusableRecording(check.sentence, case.recording)
-    return tuple(_describe(check) for check in checks if check.answer is Answer.DOUBT)
+    return tuple(_describe(check) for check in checks if check.answer is CheckAnswer.DOUBT)
 
 
 def list_plausibility_warnings(case: Case) -> tuple[str, ...]:
     """Return a sentence for each check whose answer is a doubt or a no."""
-    doubted = (Answer.DOUBT, Answer.NO)
+    doubted = (CheckAnswer.DOUBT, CheckAnswer.NO)
     return tuple(_describe(c) for c in check_plausibility(case) if c.answer in doubted)
 
 
 def _describe(check: Check) -> str:
-    answer = "Doubtful" if check.answer is Answer.DOUBT else "No"
+    answer = "Doubtful" if check.answer is CheckAnswer.DOUBT else "No"
     return f"{check.question} {answer}: {check.sentence}."

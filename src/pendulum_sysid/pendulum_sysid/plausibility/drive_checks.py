@@ -8,7 +8,7 @@ import numpy as np
 
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.plausibility.answers import Answer, Check
+from pendulum_sysid.plausibility.answers import Check, CheckAnswer
 from pendulum_sysid.plausibility.balances import PoleBalance
 from pendulum_sysid.plausibility.units import (
     COMMAND_UNITS,
@@ -34,7 +34,7 @@ def check_cart_range(case: Case, balance: PoleBalance, gain: float) -> Check | N
     expected = f"a cart that moves over at most the rail's {2 * half:g} m"
     observed = f"{travel:.4g} m"
     if ratio <= decisions.RAIL_SLACK:
-        return Check(question, Answer.YES, expected, observed)
+        return Check(question, CheckAnswer.YES, expected, observed)
     units = {name: count for name, count in LENGTH_UNITS.items() if ratio / count <= 1.1}
     by_motion = measure_length_unit(case, balance, gain)
     option = next(iter(units), None) if by_motion is None else pick_unit(by_motion, units)
@@ -43,9 +43,9 @@ def check_cart_range(case: Case, balance: PoleBalance, gain: float) -> Check | N
     if ratio > decisions.RAIL_SLACK and _goes_one_way(signals):
         observed += ", all of it one way"
         advice = "a cart on a rail comes back: its encoder counts without a direction"
-        return Check(question, Answer.NO, expected, observed, advice)
+        return Check(question, CheckAnswer.NO, expected, observed, advice)
     certain = ratio > decisions.RAIL_CERTAIN and option is not None
-    answer = Answer.NO if certain or ratio > decisions.RAIL_IMPOSSIBLE else Answer.DOUBT
+    answer = CheckAnswer.NO if certain or ratio > decisions.RAIL_IMPOSSIBLE else CheckAnswer.DOUBT
     return Check(question, answer, expected, observed, advice)
 
 
@@ -66,7 +66,7 @@ def check_command_range(case: Case, gain: float) -> Check | None:
     question = "Does the command count as the twin's?"
     expected, observed = f"commands up to the twin's pwm_limit of {limit:g}", f"{most:.4g}"
     if most <= decisions.COMMAND_SLACK * limit:
-        return Check(question, Answer.YES, expected, observed)
+        return Check(question, CheckAnswer.YES, expected, observed)
     units = {name: n for name, n in COMMAND_UNITS.items() if most / limit / n <= 1.1}
     theta = make_theta(case.twin)
     own = float(theta[FORCE_PER_PWM] / theta[MASS])
@@ -76,7 +76,7 @@ def check_command_range(case: Case, gain: float) -> Check | None:
     if option is not None:
         advice = advise_option(option, IN_VOLTS)
     certain = most > decisions.COMMAND_CERTAIN * limit and ratio > decisions.COMMAND_CERTAIN
-    answer = Answer.NO if certain else Answer.DOUBT
+    answer = CheckAnswer.NO if certain else CheckAnswer.DOUBT
     return Check(question, answer, expected, observed, advice)
 
 
@@ -90,6 +90,6 @@ def check_drive(case: Case, gain: float) -> Check | None:
     expected = f"about {own:.3g} m/s^2 a unit of command (force_per_pwm_n over the moved mass)"
     observed = f"{gain:.3g}"
     if abs(math.log(gain / own)) <= math.log(decisions.GAIN_FACTOR):
-        return Check(question, Answer.YES, expected, observed)
+        return Check(question, CheckAnswer.YES, expected, observed)
     advice = "check the units of position and command, and force_per_pwm_n of the twin file"
-    return Check(question, Answer.DOUBT, expected, observed, advice)
+    return Check(question, CheckAnswer.DOUBT, expected, observed, advice)

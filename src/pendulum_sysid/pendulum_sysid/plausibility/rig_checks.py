@@ -6,7 +6,7 @@ import math
 
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.plausibility.answers import Answer, Check
+from pendulum_sysid.plausibility.answers import Check, CheckAnswer
 from pendulum_sysid.plausibility.balances import balance_pole
 from pendulum_sysid.plausibility.swings import swings_widely
 
@@ -28,9 +28,9 @@ def check_one_rig(case: Case) -> Check | None:
     observed = f"{slow:.3g} Hz from {slow_s:.3g} s on, {fast:.3g} Hz from {fast_s:.3g} s on"
     ratio = fast / slow
     if ratio <= decisions.ONE_RIG_FACTOR:
-        return Check(question, Answer.YES, expected, observed)
+        return Check(question, CheckAnswer.YES, expected, observed)
     advice = "give recordings of one rig, all imported alike"
-    answer = Answer.NO if ratio > decisions.ONE_RIG_CERTAIN else Answer.DOUBT
+    answer = CheckAnswer.NO if ratio > decisions.ONE_RIG_CERTAIN else CheckAnswer.DOUBT
     return Check(question, answer, expected, observed, advice)
 
 

@@ -6,7 +6,7 @@ import math
 
 from pendulum_sysid import decisions
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.plausibility.answers import Answer, Check
+from pendulum_sysid.plausibility.answers import Check, CheckAnswer
 from pendulum_sysid.plausibility.balances import PoleBalance
 from pendulum_sysid.plausibility.swings import swings_widely
 from pendulum_sysid.plausibility.units import (
@@ -26,7 +26,7 @@ def check_rate(signals: Signals) -> Check:
     expected = f"{lowest:g} to {highest:g} samples a second"
     observed = f"{rate_hz:.4g} in {signals.seconds:.4g} s"
     if lowest <= rate_hz <= highest:
-        return Check(question, Answer.YES, expected, observed)
+        return Check(question, CheckAnswer.YES, expected, observed)
     units = [
         unit
         for unit, count in TIME_UNITS.items()
@@ -34,7 +34,7 @@ def check_rate(signals: Signals) -> Check:
     ]
     advice = advise_option(units[0], "or --rate HZ for numbered rows") if units else ""
     return Check(
-        question, Answer.NO, expected, observed, advice or "check the column of the times"
+        question, CheckAnswer.NO, expected, observed, advice or "check the column of the times"
     )
 
 
@@ -46,15 +46,15 @@ def check_frequency(case: Case, balance: PoleBalance) -> Check | None:
     question = "Does the hanging pole swing at its own frequency?"
     words = f"about {own:.3g} Hz by the twin file", f"{observed:.3g} Hz"
     if is_near(balance, case, decisions.FREQUENCY_DOUBT):
-        return Check(question, Answer.YES, *words)
+        return Check(question, CheckAnswer.YES, *words)
     option = pick_unit(own / observed, TIME_UNITS)
     if option is not None:
-        return Check(question, Answer.NO, *words, advise_option(option))
+        return Check(question, CheckAnswer.NO, *words, advise_option(option))
     advice = (
         "check that this is the twin of this rig, the unit of the times, com_distance_m (of cart "
         "and pole together) and pole_inertia_kg_m2 (about the axis) of the twin file"
     )
-    return Check(question, Answer.DOUBT, *words, advice)
+    return Check(question, CheckAnswer.DOUBT, *words, advice)
 
 
 def check_gravity(case: Case, balance: PoleBalance) -> Check | None:
@@ -73,10 +73,10 @@ def check_gravity(case: Case, balance: PoleBalance) -> Check | None:
     words = f"gravity of {own:.3g} m/s^2", observed
     ratio = max(least / own, own / most)
     if ratio <= decisions.GRAVITY_FACTOR:
-        return Check(question, Answer.YES, *words)
+        return Check(question, CheckAnswer.YES, *words)
     advice = (
         "check --rate and the units of times and positions (times twice too long show a quarter), "
         "and gravity_m_s2 of the twin file"
     )
-    answer = Answer.NO if ratio > decisions.GRAVITY_CERTAIN else Answer.DOUBT
+    answer = CheckAnswer.NO if ratio > decisions.GRAVITY_CERTAIN else CheckAnswer.DOUBT
     return Check(question, answer, *words, advice)

@@ -21,7 +21,7 @@ POWER = re.compile(r"(?<![\w./])(?<!\w-)(\d+(?:\.\d+)?)e([+-]\d+)\b")  # 4.5e-05
 NEGATIVE = re.compile(r"(?<![\w./−-])-(?=\d)")  # no hyphen, date or path
 
 
-def format_number(value: Any, digits: int = 3) -> str:
+def render_number(value: Any, digits: int = 3) -> str:
     """Return a number with `digits` significant digits; a dash for what is no number."""
     real = _convert_real(value)
     if real is None:
@@ -41,9 +41,9 @@ def format_estimate(value: Any, low: Any, high: Any) -> tuple[str, str]:
         or not all(map(math.isfinite, (middle, bottom, top)))
     ):
         has_bound = any(bound is not None and math.isfinite(bound) for bound in (bottom, top))
-        return format_number(
+        return render_number(
             value, 4
-        ), f"[{format_number(low)}, {format_number(high)}]" if has_bound else NOTHING
+        ), f"[{render_number(low)}, {render_number(high)}]" if has_bound else NOTHING
     exponent = max(_compute_exponent(v) for v in (middle, bottom, top))
     scale = 0 if exponent in PLAIN_EXPONENTS else exponent
     decimals = _count_decimals(max(middle - bottom, top - middle), exponent) + scale
@@ -53,7 +53,7 @@ def format_estimate(value: Any, low: Any, high: Any) -> tuple[str, str]:
 
 def format_quantity(value: Any, unit_name: Any, digits: int = 3) -> str:
     """Return a number with its unit."""
-    return add_unit(format_number(value, digits), unit_name)
+    return add_unit(render_number(value, digits), unit_name)
 
 
 def add_unit(text: str, unit_name: Any) -> str:
@@ -122,9 +122,9 @@ def describe_improvement(before: Any, after: Any) -> str:
     if abs(old / new - 1) < 0.005:
         return "the same"
     return (
-        f"{format_number(old / new)} times smaller"
+        f"{render_number(old / new)} times smaller"
         if old > new
-        else f"{format_number(new / old)} times larger"
+        else f"{render_number(new / old)} times larger"
     )
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from pendulum_sysid.telling.display import format_number, format_quantity
+from pendulum_sysid.telling.display import format_quantity, render_number
 from pendulum_sysid.verdict.record import Verdict
 from pendulum_sysid.verdict.scores import BeforeAfter, FitScores
 
@@ -76,7 +76,7 @@ def _describe(fit: FitScores, when: str) -> str:
         texts.append(f"the cart is {format_quantity(getattr(cart, when), 'mm')} off")
     if pole is not None:
         degrees = math.degrees(getattr(pole, when))
-        texts.append(f"the pole {format_number(degrees)}°")
+        texts.append(f"the pole {render_number(degrees)}°")
     return ", ".join(texts)
 
 
@@ -169,4 +169,4 @@ def _choose_rule(shown: float) -> float:
 
 
 def _say(value: float, unit: str) -> str:
-    return f"{format_number(value)}{'' if unit == '°' else ' '}{unit}"
+    return f"{render_number(value)}{'' if unit == '°' else ' '}{unit}"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from pendulum_sysid import decisions
 from pendulum_sysid.records import Outcome
-from pendulum_sysid.telling.display import format_intervals, format_number, format_percent
+from pendulum_sysid.telling.display import format_intervals, format_percent, render_number
 from pendulum_sysid.telling.error_scale import get_floors
 from pendulum_sysid.verdict.record import Verdict
 
@@ -56,10 +56,10 @@ def list_doubts(verdict: Verdict) -> tuple[str, ...]:
     floors = [rest.above_noise_floor] if rest else []
     floors += [get_floors(verdict.fit).after] if verdict.fit else []
     if max(floors, default=0.0) > decisions.LITTLE_MOST_FLOORS:
-        ratio = format_number(max(floors))
+        ratio = render_number(max(floors))
         doubts.append(f"the improved twin's error is {ratio} times the noise floor")
     elif rest and rest.whole_windows and rest.whole_windows > decisions.LITTLE_MOST_FLOORS:
-        ratio = format_number(rest.whole_windows)
+        ratio = render_number(rest.whole_windows)
         doubts.append(f"over whole windows the twin errs by {ratio} times the sensors' noise")
     if verdict.events_s:
         doubts.append(f"something acted on the rig at {format_intervals(verdict.events_s)}")

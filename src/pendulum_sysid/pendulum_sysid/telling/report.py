@@ -39,7 +39,7 @@ Json = dict[str, Any]
 TEMPLATE = "report.html.j2"
 FIRST_TRIALS = 12  # rows of the table of trials that are open; the others fold away
 FILTERS = {  # name in the template -> function
-    "number": display.format_number,
+    "number": display.render_number,
     "quantity": display.format_quantity,
     "count": display.format_count,
     "percent": display.format_percent,

@@ -110,8 +110,8 @@ def describe_size(findings: Findings, digits: int = 3) -> str:
     """Return how large the improved twin's error is, in the scale that shows it."""
     floors, whole = compute_floors(findings).after, max(findings.whole_misfits)
     if floors > decisions.FLOORS_AT_NOISE or whole <= floors:
-        return f"{format_number(floors, digits)} times the noise floor"
-    ratio = f"{format_number(whole, digits)} times the sensors' noise over whole windows"
+        return f"{write_number(floors, digits)} times the noise floor"
+    ratio = f"{write_number(whole, digits)} times the sensors' noise over whole windows"
     return f"{ratio} (the median window is near its noise floor)"
 
 
@@ -145,7 +145,7 @@ def describe_repeats(repeats: Repeatability | None) -> str:
     if repeats is None:
         return ""
     share, low, high = (
-        format_number(100.0 * v) for v in (repeats.share, repeats.low, repeats.high)
+        write_number(100.0 * v) for v in (repeats.share, repeats.low, repeats.high)
     )
     return (
         f" Of the squared error that remains, at least {share} % [{low}, {high}] comes again with "
@@ -156,7 +156,7 @@ def describe_repeats(repeats: Repeatability | None) -> str:
 def _describe_unlike(findings: Findings) -> str:
     """Return the clause for a recording that even the improved twin does not follow."""
     ratio = compute_floors(findings).after
-    far = f"is {format_number(ratio)} times its noise floor" if np.isfinite(ratio) else "diverges"
+    far = f"is {write_number(ratio)} times its noise floor" if np.isfinite(ratio) else "diverges"
     share = compute_followed_share(findings.after["held_out"])
     return (
         "This recording does not look like this rig: the improved twin's error over "
@@ -200,12 +200,12 @@ def describe_masking(named: tuple[Named, ...], findings: Findings) -> tuple[str,
         if masked and moved and not alone.low <= after.value <= alone.high:
             sentences.append(
                 f"{name} had absorbed the missing {' and '.join(masked)}: "
-                f"{format_number(alone.value)} becomes {format_number(after.value)}"
+                f"{write_number(alone.value)} becomes {write_number(after.value)}"
             )
     return tuple(sentences)
 
 
-def format_number(value: float, digits: int = 3) -> str:
+def write_number(value: float, digits: int = 3) -> str:
     """Return a number with so many significant digits; its whole part stands in full."""
     if not np.isfinite(value):
         return "beyond measure"
@@ -234,12 +234,12 @@ def _describe_errors(findings: Findings) -> str:
     before, after = findings.before["held_out"], findings.after["held_out"]
     if np.array_equal(before.rmse, after.rmse):
         errors = zip(after.channels, after.rmse, strict=True)
-        sizes = [f"{JOINTS[c][0]} {format_number(e * MILLI)} {JOINTS[c][1]}" for c, e in errors]
+        sizes = [f"{JOINTS[c][0]} {write_number(e * MILLI)} {JOINTS[c][1]}" for c, e in errors]
         return f"held-out errors over {after.seconds:.3g} s stay: {', '.join(sizes)}"
     changes = []
     for k, channel in enumerate(after.channels):
         joint, unit = JOINTS[channel]
-        old, new = (format_number(runs.rmse[k] * MILLI) for runs in (before, after))
+        old, new = (write_number(runs.rmse[k] * MILLI) for runs in (before, after))
         changes.append(f"{joint} {old} -> {new} {unit}")
     fall = bool(np.all(after.rmse <= before.rmse))
     verb = "fall" if fall else "change"

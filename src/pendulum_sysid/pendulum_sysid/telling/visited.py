@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from pendulum_sysid.fitting.case import Case
-from pendulum_sysid.telling.display import format_number
+from pendulum_sysid.telling.display import render_number
 from pendulum_twin.arrays import Floats, Mask
 
 NEARLY_UP = 0.95 * math.pi  # rad from hanging: from there on all angles were visited
@@ -47,12 +47,12 @@ def describe_visited(visited: Mapping[str, Range]) -> str:
     """Return a sentence on the range of motion; empty for a verdict that does not hold it."""
     parts = []
     if "cart_position" in visited:
-        low, high = (format_number(end) for end in visited["cart_position"])
+        low, high = (render_number(end) for end in visited["cart_position"])
         fastest = _describe_fastest(visited, "cart_velocity")
         parts.append(f"the cart goes from {low} to {high} m{fastest}")
     if "pole_angle" in visited:
         farthest = max(abs(end) for end in visited["pole_angle"])
-        angles = f"up to {format_number(farthest)} rad from hanging"
+        angles = f"up to {render_number(farthest)} rad from hanging"
         if farthest >= NEARLY_UP:
             angles = "through all angles"
         parts.append(f"the pole goes {angles}{_describe_fastest(visited, 'pole_rate')}")
@@ -64,4 +64,4 @@ def describe_visited(visited: Mapping[str, Range]) -> str:
 
 def _describe_fastest(visited: Mapping[str, Range], name: str) -> str:
     fastest = max(abs(end) for end in visited[name])
-    return f", at up to {format_number(fastest)} {'m/s' if name == 'cart_velocity' else 'rad/s'}"
+    return f", at up to {render_number(fastest)} {'m/s' if name == 'cart_velocity' else 'rad/s'}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from pendulum_sysid.finding.stages import Stage
-from pendulum_sysid.plausibility.answers import Answer, Check
+from pendulum_sysid.plausibility.answers import Check, CheckAnswer
 from pendulum_sysid.plausibility.ask import check_plausibility
 from pendulum_sysid.prepare import prepare_case
 from pendulum_sysid.telling.tables import format_table
@@ -22,7 +22,7 @@ def run(arguments: argparse.Namespace) -> int:
     arguments.progress.report(Stage.READING)
     checks = check_plausibility(prepare_case(read_recordings(arguments.bag, arguments), twin))
     print_answer(arguments, lambda: make_mapping(checks), format_checks(checks))
-    failed = [check for check in checks if check.answer is Answer.NO]
+    failed = [check for check in checks if check.answer is CheckAnswer.NO]
     return say(failed[0].sentence) if failed else ANSWERED
 
 

@@ -9,7 +9,7 @@ from support.made_recordings import made, without_joint
 
 from pendulum_sysid.finding.detectors.detector import Reading, Sight
 from pendulum_sysid.finding.detectors.steady_friction import combine_levels, read_friction
-from pendulum_sysid.finding.localisation.measured_curves import Curve
+from pendulum_sysid.finding.localisation.measured_curves import MeasuredCurve
 from pendulum_sysid.finding.localisation.questions import Measured, make_number_question
 from pendulum_sysid.fitting.fit import fit
 from pendulum_sysid.fitting.split import split_windows
@@ -66,7 +66,7 @@ def test_a_single_end_of_a_curve_where_it_vanishes_is_enough_for_doubt(
         "cart_direction*time", "cart_velocity*time", "cart", friction, flat
     )
     levels = (flat, flat, over_time)
-    curves = [Curve(question, np.arange(8.0), level, np.full(8, 0.05)) for level in levels]
+    curves = [MeasuredCurve(question, np.arange(8.0), level, np.full(8, 0.05)) for level in levels]
     assert (combine_levels(curves) is not None) == certain
 
 

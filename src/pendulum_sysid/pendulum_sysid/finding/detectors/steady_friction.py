@@ -18,7 +18,7 @@ from pendulum_sysid.finding.detectors.detector import Detector, Reading, Sight, 
 from pendulum_sysid.finding.localisation.balance import FORCE
 from pendulum_sysid.finding.localisation.explain import explain
 from pendulum_sysid.finding.localisation.inspection import get_own_constants, make_table
-from pendulum_sysid.finding.localisation.measured_curves import Curve, measure_curves
+from pendulum_sysid.finding.localisation.measured_curves import MeasuredCurve, measure_curves
 from pendulum_sysid.finding.localisation.table import Table
 from pendulum_sysid.records import Estimate
 from pendulum_twin.effects import BY_NAME, CATALOGUE, cart_coulomb_friction, cart_load_friction
@@ -87,7 +87,7 @@ def _is_sure(table: Table, key: str, beside: tuple[str, ...]) -> bool:
     return table.compute_lead((*beside, key), beside) >= decisions.EVIDENCE_STANDARD_ERRORS
 
 
-def combine_levels(levels: list[Curve]) -> Estimate | None:
+def combine_levels(levels: list[MeasuredCurve]) -> Estimate | None:
     """Return the friction when no point of any curve lies surely below a part of its middle."""
     if len(levels) < decisions.STEADY_LEAST_CURVES:
         return None

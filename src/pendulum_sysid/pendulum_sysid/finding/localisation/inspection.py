@@ -12,7 +12,7 @@ from pendulum_sysid.finding.localisation.balance import (
     make_balances,
 )
 from pendulum_sysid.finding.localisation.explain import compute_missing_power, explain, share_gains
-from pendulum_sysid.finding.localisation.measured_curves import Curve, measure_curves
+from pendulum_sysid.finding.localisation.measured_curves import MeasuredCurve, measure_curves
 from pendulum_sysid.finding.localisation.past_questions import make_past_questions
 from pendulum_sysid.finding.localisation.questions import Question, make_questions
 from pendulum_sysid.finding.localisation.sensor_questions import make_sensor_questions
@@ -103,7 +103,7 @@ def list_questions(case: Case, here: Motion, balance: Balance, theta: Floats) ->
     ]
 
 
-def measure_curves_of(inspected: Inspected, theta: Floats) -> list[Curve]:
+def measure_curves_of(inspected: Inspected, theta: Floats) -> list[MeasuredCurve]:
     """Return the measured curves of what explains an equation."""
     return measure_curves(
         inspected.table, inspected.keys, get_own_constants(inspected.table.balance.equation, theta)

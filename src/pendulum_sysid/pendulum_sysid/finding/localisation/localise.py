@@ -18,7 +18,7 @@ from pendulum_sysid.finding.localisation.inspection import (
     Inspected,
     measure_curves_of,
 )
-from pendulum_sysid.finding.localisation.measured_curves import Curve
+from pendulum_sysid.finding.localisation.measured_curves import MeasuredCurve
 from pendulum_sysid.fitting.stretches import join_stretches
 from pendulum_sysid.fitting.window_runs import WindowRuns
 from pendulum_sysid.records import Evidence, Localisation
@@ -72,7 +72,7 @@ def _find_place(answers: list[Evidence]) -> str | None:
     return max(shares, key=lambda place: shares[place], default=None)
 
 
-def _make_evidence(equation: Inspected, curve: Curve, share: float) -> Evidence:
+def _make_evidence(equation: Inspected, curve: MeasuredCurve, share: float) -> Evidence:
     question, what = curve.question, curve.question.measured
     name = EQUATIONS[equation.table.balance.equation]
     finding = (
@@ -91,7 +91,7 @@ def _make_evidence(equation: Inspected, curve: Curve, share: float) -> Evidence:
     )
 
 
-def describe_curve(curve: Curve) -> str:
+def describe_curve(curve: MeasuredCurve) -> str:
     """Return a measured curve in a phrase."""
     what, unit = curve.question.measured, f" {curve.question.measured.unit}".replace(" 1", "")
     if len(curve.x) == 1:

@@ -13,7 +13,7 @@ from pendulum_twin.arrays import Floats
 
 
 @dataclass(frozen=True)
-class Curve:
+class MeasuredCurve:
     """Hold a measured curve.
 
     question: that it answers.
@@ -28,7 +28,9 @@ class Curve:
     band: Floats
 
 
-def measure_curves(table: Table, keys: tuple[str, ...], theta: dict[str, float]) -> list[Curve]:
+def measure_curves(
+    table: Table, keys: tuple[str, ...], theta: dict[str, float]
+) -> list[MeasuredCurve]:
     """Return the curve of every question.
 
     theta: the twin's own constants, by the names of the balance's columns.
@@ -58,7 +60,7 @@ def _measure_curve(
     spread: Floats,
     place: dict[int, int],
     theta: dict[str, float],
-) -> Curve:
+) -> MeasuredCurve:
     """Return a question's curve, with the share of the twin's own constant in it."""
     question = table.questions[key]
     used = table.used[key]
@@ -80,7 +82,7 @@ def _measure_curve(
     band = decisions.INTERVAL_DEVIATIONS * np.sqrt(
         np.maximum(np.einsum("ij,jk,ik->i", onto, spread, onto), 0.0)
     )
-    return Curve(question, x, what.sign * y, band)
+    return MeasuredCurve(question, x, what.sign * y, band)
 
 
 def compute_typical_slope(x: Floats, y: Floats) -> float:

@@ -1,4 +1,4 @@
-"""What a verdict, or a rival, says about names and place, as an `Answer`."""
+"""What a verdict, or a rival, says about names and place, as a `TrialAnswer`."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pendulum_sysid import decisions
-from pendulum_sysid.studies.proof.records import Answer
+from pendulum_sysid.studies.proof.records import TrialAnswer
 from pendulum_twin.errors import BadInputError
 
 
-def read_answer(verdict: Mapping[str, Any], error: str = "") -> Answer:
+def read_answer(verdict: Mapping[str, Any], error: str = "") -> TrialAnswer:
     """Return what a verdict says about names and place.
 
     verdict: as verdict.json has it; may be empty for a diagnosis that broke off.
@@ -19,7 +19,7 @@ def read_answer(verdict: Mapping[str, Any], error: str = "") -> Answer:
     """
     location = verdict.get("location") or {}
     try:
-        return Answer(
+        return TrialAnswer(
             outcome=str(verdict.get("outcome", "")),
             named={
                 entry["effect"]: tuple(entry["cannot_be_told_from"])
@@ -43,7 +43,7 @@ def _is_random(verdict: Mapping[str, Any]) -> bool:
     return share >= decisions.RANDOM_LEAST_SHARE and not verdict.get("measured_laws")
 
 
-def make_rival_answer(named: Sequence[str], stale: bool = False, error: str = "") -> Answer:
+def make_rival_answer(named: Sequence[str], stale: bool = False, error: str = "") -> TrialAnswer:
     """Return a rival's names as an answer.
 
     Effects that no motion can separate excuse a rival as they excuse the diagnosis.
@@ -52,7 +52,9 @@ def make_rival_answer(named: Sequence[str], stale: bool = False, error: str = ""
     error: the error that broke the rival off; empty for none.
     """
     outcome = "named" if named else "nothing_missing"
-    return Answer(outcome, {name: list_inseparable(name) for name in named}, stale, error=error)
+    return TrialAnswer(
+        outcome, {name: list_inseparable(name) for name in named}, stale, error=error
+    )
 
 
 def list_inseparable(name: str) -> tuple[str, ...]:

@@ -7,13 +7,13 @@ from typing import Any
 
 from pendulum_sysid.studies.proof.answers import read_answer
 from pendulum_sysid.studies.proof.names import match_inseparable
-from pendulum_sysid.studies.proof.records import Answer, PairJudgement, Seal, Size
+from pendulum_sysid.studies.proof.records import PairJudgement, Seal, Size, TrialAnswer
 from pendulum_sysid.studies.proof.sizes import compare_effect_sizes
 
 
 def judge_pair(
     seal: Seal,
-    first: tuple[Answer, Sequence[Size]],
+    first: tuple[TrialAnswer, Sequence[Size]],
     second: Mapping[str, Any],
     improved: float | None,
     scale: float,
@@ -44,7 +44,7 @@ def judge_pair(
     )
 
 
-def agree_in_names(a: Answer, b: Answer) -> bool:
+def agree_in_names(a: TrialAnswer, b: TrialAnswer) -> bool:
     """Return whether two answers name the same effects, up to their own ties."""
     if a.error or b.error:
         return False

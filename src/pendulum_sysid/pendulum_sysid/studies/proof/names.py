@@ -13,12 +13,12 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import maximum_bipartite_matching
 
 from pendulum_sysid.studies.proof.records import (
-    Answer,
     Cell,
     NameCounts,
     NamesJudgement,
     NamesOutcome,
     Seal,
+    TrialAnswer,
 )
 
 # Stand-ins of the confusion matrix, for what is not an effect of the catalogue.
@@ -34,7 +34,7 @@ UNUSABLE = "unusable"
 STALE_START = "stale_start"
 
 
-def judge_names(seal: Seal, answer: Answer) -> NamesJudgement:
+def judge_names(seal: Seal, answer: TrialAnswer) -> NamesJudgement:
     """Return how the names in an answer compare with the seal.
 
     1. Names are right when they are exactly those of the concealed effects.
@@ -59,7 +59,7 @@ def judge_names(seal: Seal, answer: Answer) -> NamesJudgement:
     )
 
 
-def count_names(seal: Seal, answer: Answer) -> NameCounts:
+def count_names(seal: Seal, answer: TrialAnswer) -> NameCounts:
     """Return how many names in an answer are false, and how many concealed effects have none.
 
     The rules are those of `judge_names`. A name is false, and a concealed effect is without a
@@ -72,7 +72,7 @@ def count_names(seal: Seal, answer: Answer) -> NameCounts:
 
 
 def _compare_names(
-    seal: Seal, answer: Answer
+    seal: Seal, answer: TrialAnswer
 ) -> tuple[dict[str, tuple[str, ...]], list[str], list[str], dict[str, str]]:
     """Return the names, those that are missing, those too many, and what ties excuse."""
     named = _add_stale_start(seal, answer)
@@ -84,7 +84,7 @@ def _compare_names(
     return named, lost, extra, tie_of
 
 
-def _may_add_signs(seal: Seal, answer: Answer) -> bool:
+def _may_add_signs(seal: Seal, answer: TrialAnswer) -> bool:
     return answer.outcome == NOT_IN_CATALOGUE and bool(seal.unlisted)
 
 
@@ -119,14 +119,14 @@ def describe_cell(cell: Cell) -> str:
     return "not named"
 
 
-def _add_stale_start(seal: Seal, answer: Answer) -> dict[str, tuple[str, ...]]:
+def _add_stale_start(seal: Seal, answer: TrialAnswer) -> dict[str, tuple[str, ...]]:
     """Return the named effects, with the stale start that is reported as stale samples."""
     reported = STALE_START in seal.effects and answer.stale and STALE_START not in answer.named
     return {**answer.named, **({STALE_START: ()} if reported else {})}
 
 
 def _classify(
-    seal: Seal, answer: Answer, lost: Sequence[str], extra: Sequence[str], tied: bool
+    seal: Seal, answer: TrialAnswer, lost: Sequence[str], extra: Sequence[str], tied: bool
 ) -> NamesOutcome:
     """Return the outcome. lost, extra: names missing and names too many, ties taken out."""
     if answer.error:
@@ -152,12 +152,12 @@ def _classify(
     return NamesOutcome.TIED if tied else NamesOutcome.RIGHT
 
 
-def _is_located(seal: Seal, answer: Answer) -> bool:
+def _is_located(seal: Seal, answer: TrialAnswer) -> bool:
     """Return whether the answer's place is a place of the unlisted physics."""
     return any(effect.place == answer.place for effect in seal.unlisted)
 
 
-def _has_variable(seal: Seal, answer: Answer) -> bool:
+def _has_variable(seal: Seal, answer: TrialAnswer) -> bool:
     """Return whether the evidence holds a variable that the unlisted physics depends on."""
     variables = {factor for product in answer.variables for factor in product.split("*")}
     if "frequency" in variables:
@@ -166,7 +166,7 @@ def _has_variable(seal: Seal, answer: Answer) -> bool:
 
 
 def _pair_mistakes(
-    seal: Seal, answer: Answer, lost: Sequence[str], extra: Sequence[str]
+    seal: Seal, answer: TrialAnswer, lost: Sequence[str], extra: Sequence[str]
 ) -> list[Cell]:
     """Return the cells of the mistakes.
 

@@ -46,7 +46,7 @@ from pendulum_sysid.telling import display
 TEMPLATE = "proof.html.j2"
 TEMPLATES = [Path(file).parent / "templates" for file in (__file__, display.__file__)]
 FILTERS = {
-    "number": display.format_number,
+    "number": display.render_number,
     "quantity": display.format_quantity,
     "count": display.format_count,
     "percent": display.format_percent,

@@ -116,7 +116,7 @@ class OpenedTrial:
 
 
 @dataclass(frozen=True)
-class Answer:
+class TrialAnswer:
     """Hold what a diagnosis, or a rival, says about a recording.
 
     outcome: as in verdict.json.
@@ -286,7 +286,7 @@ class PairJudgement:
         twin improved by the first recording; None where there is none.
     """
 
-    answer: Answer
+    answer: TrialAnswer
     agree: bool
     common: tuple[tuple[Size, Size], ...]
     sizes: tuple[Size, ...]
@@ -324,7 +324,7 @@ class Judgement:
     """
 
     trial: OpenedTrial
-    answer: Answer
+    answer: TrialAnswer
     names: NamesJudgement
     sizes: tuple[Size, ...]
     rig: tuple[Size, ...]
