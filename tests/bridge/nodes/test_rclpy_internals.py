@@ -10,7 +10,7 @@ from std_msgs.msg import Float64  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 from support.ros_graph import Graph  # noqa: E402
 
-from pendulum_bridge.nodes.raw_topics import UntouchedGroup  # noqa: E402
+from pendulum_twin.nodes.direct import UntouchedGroup  # noqa: E402
 
 STAMPS = ("source_timestamp", "received_timestamp")
 

@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any
 
-from rclpy.callback_groups import CallbackGroup
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
@@ -23,24 +22,10 @@ from pendulum_bridge.recording.received_clock import ReceivedClock
 from pendulum_bridge.recording.sequence_gaps import SequenceGaps
 from pendulum_twin.bags.records import Message, Topic
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.nodes.direct import UntouchedGroup
+from pendulum_twin.topics import CLOCK
 
 QUEUE = 5000  # messages a topic; the middleware keeps no more
-CLOCK = "/clock"
-
-
-class UntouchedGroup(CallbackGroup):
-    """Keep executors from waiting for the entities of this group, and from reading them."""
-
-    def can_execute(self, entity: Any) -> bool:
-        """Refuse."""
-        return False
-
-    def beginning_execution(self, entity: Any) -> bool:
-        """Refuse."""
-        return False
-
-    def ending_execution(self, entity: Any) -> None:
-        """Do nothing."""
 
 
 @dataclass

@@ -17,17 +17,19 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
 
-class _Unserved(CallbackGroup):
-    """Keep executors away from what belongs to this group."""
+class UntouchedGroup(CallbackGroup):
+    """Keep executors from waiting for the entities of this group, and from reading them."""
 
     def can_execute(self, entity: Any) -> bool:
+        """Refuse."""
         return False
 
     def beginning_execution(self, entity: Any) -> bool:
+        """Refuse."""
         return False
 
     def ending_execution(self, entity: Any) -> None:
-        pass
+        """Do nothing."""
 
 
 # An executor that waits for a subscription's events is woken by each of its messages, too. So
@@ -44,7 +46,7 @@ class DirectSubscription:
             topic,
             lambda message: None,
             qos,
-            callback_group=_Unserved(),
+            callback_group=UntouchedGroup(),
             event_callbacks=_NO_EVENTS,
         )
         self._handle = self._subscription.handle
