@@ -18,7 +18,7 @@ from pendulum_sysid.finding.search import Named
 from pendulum_sysid.pipeline import diagnose
 from pendulum_sysid.records import Estimate, Outcome, Recording
 from pendulum_sysid.telling.likeness import compute_floor_ratio, is_unlike
-from pendulum_sysid.telling.outcome import Findings, decide_outcome
+from pendulum_sysid.telling.outcome import Findings, decide_outcome, list_certain
 from pendulum_sysid.telling.verdict import make_verdict
 from pendulum_sysid.verdict.record import Verdict
 from pendulum_twin.arrays import Floats
@@ -303,6 +303,17 @@ def test_friction_that_is_certain_is_kept_where_something_else_has_no_name(
         replace(missed, base=replace(kept.base, choose=40.0)), kept.case.recording, 1.0
     ).to_dict()
     assert named["outcome"] == "named" and "certain" not in named["sentence"]
+
+
+def test_friction_that_may_be_the_named_friction_is_not_told_twice(
+    friction: tuple[dict, Findings],
+) -> None:
+    named = friction[1].named
+    load = replace(CERTAIN, effect="cart_load_friction")
+    assert list_certain(replace(friction[1], certain=(load,)), named) == (load,)
+    assert list_certain(replace(friction[1], certain=(CERTAIN,)), named) == ()
+    either = replace(load, inseparable_from=("cart_coulomb_friction",))
+    assert list_certain(replace(friction[1], certain=(either,)), named) == ()
 
 
 # A recording that does not look like its rig

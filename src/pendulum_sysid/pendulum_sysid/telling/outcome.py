@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from pendulum_sysid import decisions
@@ -161,6 +162,21 @@ def list_told(findings: Findings) -> tuple[Named, ...]:
             and BY_NAME[effect.effect].place not in places
             and effect.lead.ratio >= decisions.CHIEF_MISFIT_RATIO
         )
+    )
+
+
+def list_certain(findings: Findings, named: Sequence[Named]) -> tuple[Reading, ...]:
+    """Return what detectors are certain of and the names do not tell already.
+
+    named: effects that the verdict names. What cannot be told from such an effect, and what could
+    be such an effect itself, is the same physics.
+    """
+    names = {effect.effect for effect in named}
+    known = {name for effect in named for name in list_like(effect)}
+    return tuple(
+        reading
+        for reading in findings.certain
+        if reading.effect not in known and names.isdisjoint(reading.inseparable_from)
     )
 
 

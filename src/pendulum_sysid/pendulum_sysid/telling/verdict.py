@@ -31,8 +31,8 @@ from pendulum_sysid.telling.outcome import (
     decide_outcome,
     is_above_noise,
     is_motion_effect,
+    list_certain,
     list_inseparable,
-    list_like,
     list_told,
     runs_at_noise,
 )
@@ -86,9 +86,8 @@ def make_verdict(findings: Findings, recording: Recording, elapsed_s: float) -> 
     events = events if outcome is Outcome.NOT_IN_CATALOGUE else None
     named = () if unlike_rig else closest  # a name for the motion of another rig is none
     names = {effect.effect for effect in named}
-    known = {name for effect in closest for name in list_like(effect)}
-    readings = () if unlike_rig else findings.certain
-    certain = tuple(describe_certain(r) for r in readings if r.effect not in known)
+    readings = () if unlike_rig else list_certain(findings, closest)
+    certain = tuple(describe_certain(reading) for reading in readings)
     names |= {effect.effect for effect in certain}
     # by the fit, or by a detector
     estimated = {*findings.improved.effects, *(effect.effect for effect in closest)}
