@@ -51,6 +51,7 @@ from pendulum_rl_env.learning.policies import (  # noqa: E402
 )
 from pendulum_rl_env.learning.preset import (  # noqa: E402
     IN_PROCESS,
+    OVER_TOPICS,
     Preset,
     load_preset,
 )
@@ -60,7 +61,7 @@ from pendulum_rl_env.learning.tensors import collect_tensors, put_tensors  # noq
 from pendulum_rl_env.options import parse_train_options  # noqa: E402
 from pendulum_rl_env.task import Task, choose_step_s  # noqa: E402
 from pendulum_twin.command_line import INTERRUPTED, run_command  # noqa: E402
-from pendulum_twin.errors import BadInputError  # noqa: E402
+from pendulum_twin.errors import BadInputError, RigError  # noqa: E402
 
 RIG_EVALUATION_EPISODES = 3  # each takes 15 s and a reset
 REPLAY_FILE = "replay.npz"
@@ -114,20 +115,33 @@ def _train(options: argparse.Namespace) -> int:
 def _learn(
     options: argparse.Namespace, preset: Preset, model: BaseAlgorithm, evaluation: VecEnv
 ) -> Result:
-    """Learn until the end or Ctrl-C, save, and return the result."""
-    result = Result(options.env, options.preset, preset.algorithm, options.seed)
+    """Learn until the end or Ctrl-C, save, and return the result.
+
+    A rig that fails leaves as much: what it has taught is saved before the RigError goes on.
+    """
+    environment = options.env if options.rig is None else OVER_TOPICS
+    result = Result(environment, options.preset, preset.algorithm, options.seed)
     if options.resume:
         result.go_on(options.out / "result.json")
     measure_s = _make_stopwatch(options.started_s)
     first, start_s = model.num_timesteps, measure_s()
+
+    def finish() -> None:
+        result.timesteps, result.wall_s = model.num_timesteps, round(measure_s(), 3)
+        learning_s = max(measure_s() - start_s, 1e-9)
+        result.steps_per_s = round((model.num_timesteps - first) / learning_s, 1)
+        _save(model, options.out, result)
+
     try:
         _run_learning(options, preset, model, evaluation, result)
     except KeyboardInterrupt:
         result.interrupted = True
-    result.timesteps, result.wall_s = model.num_timesteps, round(measure_s(), 3)
-    learning_s = max(measure_s() - start_s, 1e-9)
-    result.steps_per_s = round((model.num_timesteps - first) / learning_s, 1)
-    _save(model, options.out, result)
+    except RigError:
+        if model.num_timesteps > first:
+            finish()
+            _say_saved("stopped", options, result)
+        raise
+    finish()
     return result
 
 
@@ -141,21 +155,20 @@ def _run_learning(
     out, until, measure_s = options.out, options.until, _make_stopwatch(options.started_s)
     total, first = options.timesteps, model.num_timesteps
     progress = Progress(total, _ignore if options.quiet else _print_progress)
-    if options.rig is not None:
-        every, episodes = preset.evaluate_every, RIG_EVALUATION_EPISODES
-        learn_on_rig(model, total, every, episodes, result, out, until, measure_s, progress)
-        return
+    episodes = EVALUATION_EPISODES if options.rig is None else RIG_EVALUATION_EPISODES
     if first == 0 and (preset.correction or options.init is not None):
-        mean = evaluate_mean_reward(model, evaluation, EVALUATION_EPISODES)
+        mean = evaluate_mean_reward(model, evaluation, episodes)
         note_evaluation(model, mean, result, out, measure_s())
         if until is not None and mean >= until:
             return
+    if options.rig is not None:
+        every = preset.evaluate_every
+        learn_on_rig(model, total, every, episodes, result, out, until, measure_s, progress)
+        return
     milestones = Milestones(result, out, until, measure_s)
     model.learn(
         max(total - first, 1),
-        callback=make_callbacks(
-            preset, evaluation, EVALUATION_EPISODES, milestones, progress, out
-        ),
+        callback=make_callbacks(preset, evaluation, episodes, milestones, progress, out),
         tb_log_name="run",
         reset_num_timesteps=first == 0,
     )
@@ -164,11 +177,7 @@ def _run_learning(
 def _report(options: argparse.Namespace, result: Result) -> int:
     """Print what came of the training; return the exit status."""
     if result.interrupted:
-        print(
-            f"train: interrupted after {result.timesteps} steps; saved in {options.out}, "
-            "--resume goes on",
-            file=sys.stderr,
-        )
+        _say_saved("interrupted", options, result)
         return INTERRUPTED
     best = "not evaluated" if result.best_mean_reward is None else f"{result.best_mean_reward:.1f}"
     print(
@@ -176,6 +185,13 @@ def _report(options: argparse.Namespace, result: Result) -> int:
         f"{result.wall_s:.0f} s"
     )
     return 0
+
+
+def _say_saved(how: str, options: argparse.Namespace, result: Result) -> None:
+    print(
+        f"train: {how} after {result.timesteps} steps; saved in {options.out}, --resume goes on",
+        file=sys.stderr,
+    )
 
 
 def _save(model: BaseAlgorithm, out: Path, result: Result) -> None:

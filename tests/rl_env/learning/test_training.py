@@ -302,6 +302,12 @@ def test_the_thesis_preset_is_the_thesis() -> None:
         ("learning_rate: 7", "learning_rate"),
         ("colour: red", "colour"),
         ("layers: 3", "layers"),
+        ("layers: [0]", "layers"),
+        ("layers: [16.5]", "layers: expected a whole number"),
+        ("timesteps: 1000.5", "timesteps: expected a whole number"),
+        ("environments: 2.5", "environments: expected a whole number"),
+        ("evaluate_every: 10.5", "evaluate_every: expected a whole number"),
+        ("episode_steps: 10.5", "episode_steps: expected a whole number"),
     ],
 )
 def test_a_wrong_preset_names_its_key(tmp_path: Path, line: str, said: str) -> None:

@@ -16,6 +16,7 @@ from pendulum_twin.rig import check_number, describe_unknown_key
 from pendulum_twin.strict_yaml import parse_yaml
 
 LARGEST_CORRECTION = 2.0  # of the PWM limit: it turns any command round
+LARGEST_LAYER = 10_000  # units; far above what these tasks need
 REQUIRED_KEYS = 6  # the first fields of `Preset`, which have no default
 
 
@@ -57,11 +58,15 @@ class Preset:
                 f"algorithm: expected one of {', '.join(ALGORITHMS)}, found {self.algorithm!r}"
             )
         for name in ("timesteps", "environments", "evaluate_every"):
-            check_number(name, getattr(self, name), 1, 1e9)
+            _check_whole(name, getattr(self, name), 1, 1e9)
+        if not isinstance(self.layers, list | tuple):
+            raise BadInputError(f"layers: expected a list of sizes, found {self.layers!r}")
+        for size in self.layers:
+            _check_whole("layers", size, 1, LARGEST_LAYER)
         check_number("learning_rate", self.learning_rate, 1e-7, 1.0)
         check_number("start_spread", self.start_spread, 0.0, 1.0)
         check_number("correction", self.correction, 0.0, LARGEST_CORRECTION)
-        check_number("episode_steps", self.episode_steps, 0, 1e6)
+        _check_whole("episode_steps", self.episode_steps, 0, 1e6)
         if self.correction and self.algorithm != "ppo":
             raise BadInputError(
                 f"correction: expected algorithm ppo, which can begin at 0, found {self.algorithm}"
@@ -72,6 +77,13 @@ class Preset:
         for key in self.settings:
             if key not in known:
                 raise BadInputError(describe_unknown_key("settings", key, tuple(sorted(known))))
+
+
+def _check_whole(key: str, value: object, low: int, high: float) -> None:
+    """Raise BadInputError, naming the key, when value is no whole number in [low, high]."""
+    check_number(key, value, low, high)
+    if not isinstance(value, int):
+        raise BadInputError(f"{key}: expected a whole number, found {value!r}")
 
 
 def load_preset(name: str, environment: str) -> Preset:

@@ -17,7 +17,7 @@ SCHEMA = "pendulum_training/1"
 class Result:
     """Hold what is known of a training so far; wall times count from the start of the program.
 
-    environment: its id.
+    environment: its id; of a rig that of the environment over topics.
     preset, algorithm, seed: as chosen.
     timesteps: done so far.
     steps_to_400, wall_to_400_s: at the first evaluation with a mean of at least 400; None before.
