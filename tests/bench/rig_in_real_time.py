@@ -107,9 +107,8 @@ def play(env: Any, timing: Timing) -> None:
 
 def format_table(timing: Timing, workers: int) -> list[str]:
     """Return the figures as a Markdown table."""
-    dt, age, latency, overrun = (
-        1e3 * timing.of(name) for name in ("dt_s", "age_s", "latency_s", "overrun_s")
-    )
+    names = ("dt_s", "delay_s", "age_s", "latency_s", "overrun_s")
+    dt, delay, age, latency, overrun = (1e3 * timing.of(name) for name in names)
     exact = np.mean(np.abs(dt - 1e3 * STEP_S) < 1.0)
     rows = {
         "episodes": len(timing.last),
@@ -121,6 +120,7 @@ def format_table(timing: Timing, workers: int) -> list[str]:
             f"{np.median(dt):.2f}, {dt.min():.2f}, {dt.max():.2f}"
         ),
         "steps within 1 ms of 30 ms": f"{exact:.2%}",
+        "delay, ms: median, worst": f"{np.median(delay):.2f}, {delay.max():.2f}",
         "age, ms: median, worst": f"{np.median(age):.2f}, {age.max():.2f}",
         "latency, ms: median, worst": f"{np.median(latency):.2f}, {latency.max():.2f}",
         "samples lost": timing.sum("lost"),

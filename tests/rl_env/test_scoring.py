@@ -26,6 +26,19 @@ def test_words_go_by_the_reward_a_step(step_s: float) -> None:
     assert summary["mean_reward"] == pytest.approx(0.93 * steps)
 
 
+def test_the_delay_of_commands_is_told_where_it_is_known() -> None:
+    states, commands = np.zeros((3, 4)), np.zeros(2)
+    timing = ({"delay_s": 0.002, "missed": 0.0}, {"delay_s": 0.025, "missed": 1.0})
+    summary = summarise([Episode(1.0, 2, "none", states, commands, timing)] * 2)
+    assert summary["timing"] == {
+        "median_delay_s": pytest.approx(0.0135),
+        "worst_delay_s": 0.025,
+        "missed": 2,
+    }
+    in_process = ({"dt_s": 0.03}, {"dt_s": 0.03})
+    assert summarise([Episode(1.0, 2, "none", states, commands, in_process)])["timing"] is None
+
+
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_a_state_that_stays_no_number_ends_the_episode(bad: float) -> None:
     noise = NoiseFilter(Task())

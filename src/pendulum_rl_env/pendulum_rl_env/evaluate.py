@@ -70,6 +70,12 @@ def format_summary(summary: dict[str, Any]) -> str:
     ]
     if "share_of_optimum" in summary:
         lines.append(f"  {100 * summary['share_of_optimum']:.1f} % of the optimum")
+    if (timing := summary["timing"]) is not None:
+        median_ms, worst_ms = 1e3 * timing["median_delay_s"], 1e3 * timing["worst_delay_s"]
+        lines.append(
+            f"  commands left {median_ms:.1f} ms after the samples that they answer, "
+            f"{worst_ms:.1f} ms at worst; {timing['missed']} after their step's end"
+        )
     for row in summary["slices"]:
         low = "below" if row["from"] is None else f"{row['from']:g} to"
         high = "more" if row["to"] is None else f"{row['to']:g}"

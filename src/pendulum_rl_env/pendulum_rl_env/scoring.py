@@ -88,6 +88,10 @@ def summarise(episodes: Sequence[Episode], steps: int = STEPS) -> dict[str, Any]
 
     steps: of a whole episode. Rewards are counted a step, so slices and words go by the reward
         that 512 steps would have earned.
+
+    Over topics "timing" says how long after the samples that they answered commands were sent
+    (`median_delay_s`, `worst_delay_s`), and how many were sent after their step's end (`missed`);
+    in process it is None.
     """
     rewards = np.array([episode.reward for episode in episodes])
     scaled = rewards * STEPS / steps
@@ -111,4 +115,18 @@ def summarise(episodes: Sequence[Episode], steps: int = STEPS) -> dict[str, Any]
         "ends": dict(sorted(Counter(episode.end for episode in episodes).items())),
         "slices": slices,
         "words": describe_reward(float(scaled.mean())),
+        "timing": _summarise_timing(episodes),
+    }
+
+
+def _summarise_timing(episodes: Sequence[Episode]) -> dict[str, float] | None:
+    steps = [step for episode in episodes for step in episode.timing]
+    delays_s = [step["delay_s"] for step in steps if "delay_s" in step]
+    if not delays_s:
+        return None
+    last = [episode.timing[-1] for episode in episodes if episode.timing]
+    return {
+        "median_delay_s": float(np.median(delays_s)),
+        "worst_delay_s": max(delays_s),
+        "missed": int(sum(step.get("missed", 0.0) for step in last)),
     }

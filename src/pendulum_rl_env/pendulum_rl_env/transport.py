@@ -18,7 +18,7 @@ class Sample:
     stamp_s: s; sampling time on the transport's own clock.
     info: what the transport reports of the exchange, copied into the environment's `info`: dt_s
         (s since the last sample), pwm_limit (the largest command that the rig takes, where that
-        is known), and over topics age_s, latency_s, overrun_s and counts.
+        is known), and over topics delay_s, age_s, latency_s, overrun_s and counts.
     """
 
     state: Floats

@@ -53,6 +53,7 @@ def test_a_policy_is_trained_on_the_rig_and_tried_there(
         )
         summary = json.loads(capsys.readouterr().out)
         assert summary["episodes"] == 1 and summary["mean_steps"] <= 100
+        assert summary["timing"]["worst_delay_s"] >= summary["timing"]["median_delay_s"] > 0.0
 
 
 @pytest.mark.parametrize("step_s", [0.03, 0.015])

@@ -72,7 +72,7 @@ def test_a_reset_amid_an_episode_begins_another(transport: TopicTransport) -> No
     assert run_states(transport, COMMANDS[:20]) == first
     samples = [transport.exchange(command) for command in COMMANDS[20:30]]
     assert {sample.info["dt_s"] for sample in samples} == {0.03}
-    for name in ("age_s", "overrun_s", "missed", "lost", "stale"):
+    for name in ("delay_s", "age_s", "overrun_s", "missed", "lost", "stale"):
         assert {sample.info[name] for sample in samples} == {0.0}
     assert all(sample.info["latency_s"] > 0.0 for sample in samples)
 

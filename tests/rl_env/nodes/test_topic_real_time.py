@@ -110,6 +110,8 @@ def test_steps_on_the_twin_are_30_ms_by_its_stamps(domain) -> None:
     assert all(info["latency_s"] > 0.0 for info in infos)
     assert all(info["age_s"] > -0.005 for info in infos)  # a timer may fire a little early
     assert np.median([info["age_s"] for info in infos]) > 0.0
+    assert all(info["delay_s"] > -0.005 for info in infos)
+    assert 0.0 < np.median([info["delay_s"] for info in infos]) < 0.03
 
 
 def test_the_browser_view_shows_the_episode(domain) -> None:

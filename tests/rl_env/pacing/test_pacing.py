@@ -101,6 +101,9 @@ def test_steps_are_a_period_apart_and_show_their_command(think_ms: float) -> Non
         ((-think_ms - 1) % 10 + 1) / 1000, abs=0.0011
     )
     assert samples[-1].stamp_s == samples[0].stamp_s + 198 * 0.03
+    delay_s = (rig.sent[-1][0] - round(1e9 * samples[-2].stamp_s)) / 1e9
+    assert samples[-1].info["delay_s"] == pytest.approx(delay_s, abs=1e-9)
+    assert delay_s == pytest.approx((think_ms + 1.0) / 1e3, abs=1e-4)  # 1 ms of it under way
 
 
 def test_a_sample_from_before_the_command_is_never_its_answer() -> None:
@@ -130,6 +133,7 @@ def test_a_late_caller_is_counted_and_nobody_catches_up() -> None:
     rig.think(500.0)
     late = pace.exchange(0.2)
     assert late.info["overrun_s"] == pytest.approx(0.47, abs=0.001) and late.info["missed"] == 1.0
+    assert late.info["delay_s"] == pytest.approx(0.501, abs=0.001)
     assert (
         late.state[2] == 0.2
         and late.info["dt_s"] == pytest.approx(0.53, abs=0.011)

@@ -33,6 +33,9 @@ class TopicTransport:
 
     dt_s: s; from the stamp of the sample before (for an episode's first step: of the sample that
         its command answered).
+    delay_s: s; from the stamp of the sample that the command answered to the command's sending; 0
+        in lockstep. A command in time may be almost step_s late; the twin in process has no delay
+        here, so a policy feels it as a dead time of the drive.
     age_s: s; from the stamp to the return of the sample; 0 in lockstep.
     latency_s: s; from the command to the arrival of the first sample stamped later.
     overrun_s: s; by which the command came after its step's end, 0 when in time.

@@ -88,7 +88,8 @@ class LockstepPace:
     def _make_sample(self, received: Received, before_ns: int, latency_s: float) -> Sample:
         info = {
             "dt_s": (received.stamp_ns - before_ns) / 1e9,
-            "age_s": 0.0,  # simulated time waits for the command
+            "delay_s": 0.0,  # simulated time waits for the command
+            "age_s": 0.0,
             "latency_s": latency_s,
             "overrun_s": 0.0,
             "missed": 0.0,

@@ -69,7 +69,7 @@ class RealTimePace:
         self._check(period_ns, samples[-1])
         self._schedule, self._sequence = Schedule(self._schedule.step_s), StampSequence(period_ns)
         self._last_ns = None
-        return self._make_sample(samples[-1], 0.0, 0.0, 0.0)
+        return self._make_sample(samples[-1], 0.0, 0.0, 0.0, 0.0)
 
     def exchange(self, command: float) -> Sample:
         """Send a command at once and return the newest sample at the end of its step.
@@ -90,8 +90,9 @@ class RealTimePace:
         if overrun_s > 0.0:
             self._schedule.start(answer.last.arrived_s, answer.last.stamp_ns)
         self._last_ns = answer.last.stamp_ns
-        dt_s = (answer.last.stamp_ns - before_ns) / 1e9
-        return self._make_sample(answer.last, dt_s, answer.first.arrived_s - sent_s, overrun_s)
+        dt_s, delay_s = (answer.last.stamp_ns - before_ns) / 1e9, (sent_ns - before_ns) / 1e9
+        latency_s = answer.first.arrived_s - sent_s
+        return self._make_sample(answer.last, dt_s, delay_s, latency_s, overrun_s)
 
     def _start(self) -> int:
         """Let time count from the next sample on; return its stamp, ns."""
@@ -168,10 +169,16 @@ class RealTimePace:
             )
 
     def _make_sample(
-        self, received: Received, dt_s: float, latency_s: float, overrun_s: float
+        self,
+        received: Received,
+        dt_s: float,
+        delay_s: float,
+        latency_s: float,
+        overrun_s: float,
     ) -> Sample:
         info = {
             "dt_s": dt_s,
+            "delay_s": delay_s,
             "age_s": 1e-9 * (self._link.now_ns() - received.stamp_ns),
             "latency_s": latency_s,
             "overrun_s": overrun_s,
