@@ -26,6 +26,7 @@ from support.paths import CONFIG  # noqa: E402
 from support.ros_graph import DEADLINE_S, Graph  # noqa: E402
 
 from pendulum_bridge.excitation.run import Stage  # noqa: E402
+from pendulum_bridge.nodes.driver_settings import EMULATED_TIMEOUT_S  # noqa: E402
 from pendulum_bridge.nodes.trigger_call import call_trigger  # noqa: E402
 from pendulum_bridge.nodes.view_node import ViewNode  # noqa: E402
 from pendulum_bridge.view.samples import Source, is_fresh  # noqa: E402
@@ -230,10 +231,12 @@ def test_wrong_parameters_are_refused_in_a_sentence(
         ros.add(ViewNode, **{"port": 0, **values})
 
 
+@pytest.mark.parametrize("timeout_s", [0.2, EMULATED_TIMEOUT_S])
 def test_clear_stop_needs_no_other_node_once_the_sender_has_ended(
-    ros: Graph, view: ViewNode
+    ros: Graph, view: ViewNode, timeout_s: float
 ) -> None:
-    ros.add(TwinNode, "/rig", twin=str(CONFIG / "inteco.yaml"))
+    twin = str(CONFIG / "inteco.yaml")
+    ros.add(TwinNode, "/rig", twin=twin, command_timeout_s=timeout_s)
     sender = ros.user(namespace="/rig").create_publisher(Float64, "pwm", LATEST)
     ros.until(sender.get_subscription_count, "the rig")
     ros.until(lambda: view.buttons.is_offered("clear_stop"), "the service")

@@ -22,7 +22,9 @@ from pendulum_twin.errors import BadInputError
 
 ANSWER_WITHIN_S = 3.0
 RESET_WITHIN_S = 60.0  # a swing-down has a deadline of its own
-QUIET_WITHIN_S = 1.5  # a stop is cleared once commands end; longer than any command's timeout
+# A stop is cleared once commands have ended for the driver's timeout: 0.2 s, 2 s for an emulated
+# rig. Where its command_timeout_s is longer still, the answer says so, and a later press clears.
+QUIET_WITHIN_S = 3.0  # the page itself waits 4 s for an answer
 ASK_AGAIN_S = 0.1
 SILENT_FOR_LONG_S = 5.0  # a busy computer may stand still for a moment
 SERVICES = {

@@ -38,14 +38,19 @@ def check_overrides(node: Node) -> None:
             )
 
 
-def check_parameter_files(node: Node, arguments: Sequence[str]) -> None:
-    """Raise BadInputError when a parameter file of the command line says nothing to the node.
+def check_parameter_files(name: str, arguments: Sequence[str]) -> None:
+    """Raise BadInputError when a parameter file of the command line says nothing to a node.
 
+    name: the node's, in full.
     arguments: the command line. rclpy has read the files before, so that they are well formed.
     """
-    name = node.get_fully_qualified_name()
-    for path in _list_files(arguments):
-        patterns = list(_list_patterns(yaml.safe_load(Path(path).read_text(encoding="utf-8"))))
+    for path in list_parameter_files(arguments):
+        try:  # bytes, for rclpy reads UTF-16, too
+            patterns = list(_list_patterns(yaml.safe_load(Path(path).read_bytes())))
+        except (UnicodeDecodeError, yaml.YAMLError) as error:
+            raise BadInputError(
+                f"{path}: expected parameters as YAML, found something else: save it as UTF-8"
+            ) from error
         if not any(_matches(pattern, name) for pattern in patterns):
             sections = f"only {', '.join(patterns)}" if patterns else "none"
             raise BadInputError(
@@ -54,10 +59,9 @@ def check_parameter_files(node: Node, arguments: Sequence[str]) -> None:
             )
 
 
-def _list_files(arguments: Sequence[str]) -> Iterator[str]:
-    for option, value in itertools.pairwise(arguments):
-        if option == OPTION:
-            yield value
+def list_parameter_files(arguments: Sequence[str]) -> list[str]:
+    """Return the paths of the parameter files that a command line names."""
+    return [value for option, value in itertools.pairwise(arguments) if option == OPTION]
 
 
 def _list_patterns(section: Any, name: str = "") -> Iterator[str]:

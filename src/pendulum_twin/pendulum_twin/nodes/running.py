@@ -14,7 +14,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from pendulum_twin.errors import ReportedError
-from pendulum_twin.nodes.overrides import check_parameter_files
+from pendulum_twin.nodes.overrides import check_parameter_files, list_parameter_files
 from pendulum_twin.nodes.settings import describe_settings
 from pendulum_twin.nodes.transport import leave_shared_memory
 from pendulum_twin.parser import Parser, add_common_options, complete
@@ -49,7 +49,7 @@ def run[N: Node](
 ) -> int:
     """Make a node and serve it until SIGINT or SIGTERM, or until `serve` ends by itself.
 
-    name: of the program.
+    name: of the program: that of its node with _node behind it.
     description: what it does, for --help.
     settings: dataclass of the node's parameters, with EXAMPLES, command lines for --help.
     make: returns the node.
@@ -74,9 +74,10 @@ def run[N: Node](
         quieting = ["--ros-args", "--log-level", "warn"] if options.quiet else []
         leave_shared_memory()
         rclpy.init(args=[*arguments, *quieting], signal_handler_options=SignalHandlerOptions.NO)
+        if list_parameter_files(arguments):  # before the node opens or writes anything
+            check_parameter_files(_find_full_name(name), arguments)
         node = make()
         try:
-            check_parameter_files(node, arguments)
             failure = serve(node, stopped)
         finally:
             node.destroy_node()
@@ -97,6 +98,17 @@ def run[N: Node](
     if failure is not None:
         print(f"{name}: {failure}", file=sys.stderr)
     return 0 if failure is None else 1
+
+
+def _find_full_name(program: str) -> str:
+    """Return the full name of a program's node, as the command line renames and places it."""
+    probe = Node(
+        program.removesuffix("_node"), enable_rosout=False, start_parameter_services=False
+    )
+    try:
+        return str(probe.get_fully_qualified_name())
+    finally:
+        probe.destroy_node()
 
 
 def _hint_at_empty_value(arguments: Sequence[str]) -> str:
