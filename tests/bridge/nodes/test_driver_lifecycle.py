@@ -25,7 +25,7 @@ from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import load_twin, save_twin
 
 PATIENT = {"rig_timeout_s": 60.0, "command_timeout_s": 60.0}
-WARN = 1
+WARN, ERROR = 1, 2
 
 
 class Bench:
@@ -132,6 +132,21 @@ def test_a_command_from_before_the_activation_is_not_taken(ros: Graph, timeout_s
 )
 def test_a_transition_that_the_state_does_not_allow_is_refused(bench, transition) -> None:
     assert not bench.set(transition) and bench.state == "unconfigured"
+
+
+def test_a_health_that_fails_is_an_error_and_pwm_0_and_the_node_lives_on(
+    bench: Bench, monkeypatch
+) -> None:
+    bench.node.start()
+    bench.drive(0.2)
+    monkeypatch.setattr(Driver, "health", lambda driver: 1 / 0)
+    bench.user.healths.clear()
+    failed = "The health of /driver could not be told: ZeroDivisionError"
+    says = lambda: [h for h in bench.user.healths if failed in h.message]  # noqa: E731
+    until(lambda: len(says()) > 1, "two reports", bench.step)
+    assert {h.level for h in says()} == {bytes([ERROR])} and bench.heard[-1] == 0.0
+    monkeypatch.undo()
+    bench.drive(0.1)
 
 
 def test_a_failed_transition_sends_0_and_latches(bench, monkeypatch) -> None:

@@ -267,12 +267,15 @@ class DriverNode(LifecycleNode):
             self.waiting -= 1
         return fill_answer(reason, response, reason is Reason.RESET_DONE)
 
-    @guard_method
     def health(self) -> Health:
-        """Return the driver's health with the address of its rig."""
+        """Return the driver's health with the address of its rig; a failure brings PWM to 0."""
         if self.driver is None:
             return Health(Level.WARN, UNCONFIGURED, {"link": "none", "active": 0})
-        health = self.driver.health()
+        try:
+            health = self.driver.health()
+        except Exception:
+            self.fail_safe()
+            raise  # `publish_health` says it
         return replace(health, figures={"link": self.settings.wire, **health.figures})
 
     def _name_rig(self) -> str:

@@ -9,7 +9,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from pendulum_twin import topics
-from pendulum_twin.health import Health
+from pendulum_twin.health import Health, Level
 from pendulum_twin.nodes.messages import to_time
 from pendulum_twin.nodes.qos import SAMPLES
 
@@ -21,15 +21,24 @@ def publish_health(node: Node, hardware: Callable[[], str], health: Callable[[],
 
     hardware: returns the name of the rig.
     health: returns what to publish.
+
+    What they raise is logged and published as an ERROR: it would end the node.
     """
     publisher = node.create_publisher(DiagnosticArray, topics.DIAGNOSTICS, SAMPLES)
 
     def publish() -> None:
-        publisher.publish(
-            to_diagnostics(
-                node.get_fully_qualified_name(), hardware(), health(), read_time_ns(node)
-            )
-        )
+        name, rig = node.get_fully_qualified_name(), ""
+        try:
+            rig = hardware()
+            message = to_diagnostics(name, rig, health(), read_time_ns(node))
+        except Exception as error:
+            if not node.context.ok():
+                return
+            sentence = f"The health of {name} could not be told: {error!r}"
+            node.get_logger().error(sentence, throttle_duration_sec=60.0)
+            failed = Health(Level.ERROR, sentence)
+            message = to_diagnostics(name, rig, failed, read_time_ns(node))
+        publisher.publish(message)
 
     node.create_timer(PERIOD_S, publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
