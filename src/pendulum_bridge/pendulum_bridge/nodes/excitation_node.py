@@ -206,7 +206,7 @@ class ExcitationNode(Node):
         """Stop the plan that is under way."""
         response.success = self._run.stage.active
         response.message = (
-            "the plan is aborted"
+            f"the plan is aborted{self._resetting.describe_pending()}"
             if response.success
             else f"nothing to abort: the node {self._where}"
         )
@@ -311,7 +311,7 @@ class ExcitationNode(Node):
 
     @property
     def _where(self) -> str:
-        return describe_progress(self._run, self._plan)
+        return describe_progress(self._run, self._plan) + self._resetting.describe_pending()
 
 
 def _read_state(message: JointState) -> RigState:

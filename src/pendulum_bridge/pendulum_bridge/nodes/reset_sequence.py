@@ -42,3 +42,13 @@ class ResetSequence:
         if now_s > self._deadline_s:
             self.failure = f"{self._left[0].namespace}: no answer within {self._timeout_s:g} s"
         return bool(self.failure)
+
+    def describe_pending(self) -> str:
+        """Return that a reset goes on without the sequence, as a clause; empty when none does.
+
+        A rig's driver ends its reset by itself: at rest, at a deadline, or at a stop.
+        """
+        if self._pending is None or self._pending.done():
+            return ""
+        name = self._left[0].namespace
+        return f"; the reset of {name} goes on until it hangs at rest, {name}/stop ends it at once"
