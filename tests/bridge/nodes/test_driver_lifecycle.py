@@ -175,6 +175,25 @@ def test_a_latched_stop_outlasts_every_transition(bench: Bench) -> None:
     bench.listen_while_commanding(0.2, "the latch", Reason.STOPPED.sentence)
 
 
+@pytest.mark.parametrize("begun", [False, True], ids=["never configured", "cleaned up"])
+def test_without_a_driver_a_stop_is_cleared_by_0_alone_too(bench: Bench, begun: bool) -> None:
+    """Else the commands that still come would move the cart at the next activation."""
+    if begun:
+        assert bench.set(Transition.TRANSITION_CONFIGURE)
+    assert bench.user.call("stop").success
+    if begun:
+        assert bench.set(Transition.TRANSITION_CLEANUP)
+    ros, commands = bench.ros, bench.user
+    ros.until(commands.sender.get_subscription_count, "the driver")
+    for _ in range(3):
+        commands.send(0.2)
+        assert commands.call("clear_stop").message == Reason.ZERO_FIRST.sentence
+    assert bench.user.stopped[-1]
+    ros.until(lambda: commands.send(0.0) or commands.call("clear_stop").success, "a cleared stop")
+    ros.until(lambda: not commands.stopped[-1], "its message")
+    assert commands.call("clear_stop").message == Reason.NOT_STOPPED.sentence
+
+
 @pytest.mark.parametrize("later", ["gone", "of another rig"])
 def test_a_limit_changes_on_the_twin_that_was_configured(
     ros: Graph, tmp_path: Path, later: str

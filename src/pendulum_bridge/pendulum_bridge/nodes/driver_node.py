@@ -29,6 +29,7 @@ from std_srvs.srv import Trigger
 
 from pendulum_bridge.driver.driver import Driver
 from pendulum_bridge.driver.parent import Parent
+from pendulum_bridge.driver.parked_stop import ParkedStop
 from pendulum_bridge.nodes.driver_making import collect_rules, describe_limits, make_driver
 from pendulum_bridge.nodes.driver_outlet import DriverOutlet
 from pendulum_bridge.nodes.driver_settings import DriverSettings
@@ -84,7 +85,7 @@ class DriverNode(LifecycleNode):
         self.left = ""
         self._twin: Twin | None = None  # of the last configuring, whatever becomes of its file
         self._failure = ""  # why the last configuring failed
-        self._latched = False  # the emergency stop, while there is no driver to hold it
+        self._parked = ParkedStop()  # the emergency stop, while there is no driver to hold it
         self._ended = Event()
         self._thread: Thread | None = None
         self._outlet = DriverOutlet(self)
@@ -122,7 +123,7 @@ class DriverNode(LifecycleNode):
                 self.get_logger().error(f"not configured: {error}")
             return FAILURE
         self._outlet.publish_limit(rules.limits.magnitude)
-        if self._latched:
+        if self._parked.latched:
             self.driver.stop()
         self._ended = Event()
         self._thread = Thread(
@@ -199,13 +200,14 @@ class DriverNode(LifecycleNode):
 
     def _latch(self, latched: bool) -> None:
         """Keep and publish the emergency stop of a node without a driver."""
-        self._latched = latched
+        self._parked.put(latched)
         self._outlet.publish_stopped(latched)
 
     @guard_method
     def on_command(self, message: Float64, info: dict[str, Any]) -> None:
         """Act on a command at once."""
         if self.driver is None:
+            self._parked.drop_command(message.data)
             return
         refused = self.driver.command(message.data, info["source_timestamp"])
         if refused is not None:
@@ -236,8 +238,8 @@ class DriverNode(LifecycleNode):
     ) -> Trigger.Response:
         """Clear the emergency stop, or say why it stays."""
         if self.driver is None:
-            reason = Reason.STOP_CLEARED if self._latched else Reason.NOT_STOPPED
-            self._latch(False)
+            reason = self._parked.clear(self.settings.timeouts_s[0])
+            self._outlet.publish_stopped(self._parked.latched)
         else:
             reason = self.driver.clear_stop()
         return fill_answer(reason, response, reason.level is Level.OK)
