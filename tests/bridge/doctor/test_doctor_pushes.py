@@ -10,6 +10,7 @@ import pytest
 from support.doctor_bench import TWIN, Bench
 
 from pendulum_bridge.doctor.driving import BRAKED, LAST_PACKETS, SILENT, play_plan, stop
+from pendulum_bridge.doctor.moving import move_cart
 from pendulum_bridge.doctor.pushes import (
     Doublet,
     Homing,
@@ -21,6 +22,7 @@ from pendulum_bridge.doctor.pushes import (
     plan_pushes,
     plan_reset_watch,
 )
+from pendulum_bridge.doctor.resting import AtRest
 from pendulum_bridge.doctor.wire import PortWire
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_bridge.safety.state import make_rules
@@ -55,6 +57,13 @@ def fed(plan: Plan[Nudged], moments: Generator[Moment, None, None]) -> tuple[Nud
             commands.append(plan.send(next(moments)))
         except StopIteration as over:
             return over.value, commands
+
+
+def test_a_rig_in_volts_is_not_pushed() -> None:
+    volts = replace(TWIN, rig=replace(TWIN.rig, pwm_limit=24.0))
+    rest_state = AtRest(math.pi, 0.0, 0.0, 0.0, wrapped=False)
+    with pytest.raises(StopIteration, match="pwm_limit: expected at most 1"):
+        next(move_cart(MagicMock(), volts, rest_state, 100.0))
 
 
 def test_a_cart_that_stands_is_pushed_no_harder_than_allowed() -> None:

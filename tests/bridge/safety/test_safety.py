@@ -24,6 +24,7 @@ from pendulum_bridge.safety.limits import Limits
 from pendulum_bridge.safety.reasons import Level, Reason
 from pendulum_bridge.safety.rig_state import RigState
 from pendulum_bridge.safety.state import Rules, make_rules, make_safety
+from pendulum_twin.errors import BadInputError
 from pendulum_twin.rig import Rig
 
 MIDDLE = RigState(0.0, math.pi, 0.0, 0.0)
@@ -153,6 +154,13 @@ def test_an_integer_is_a_command_and_rules_take_the_lower_limit(
     assert make_rules(nominal, Limits(2.0)).limits.magnitude == nominal.pwm_limit
     assert make_rules(nominal, Limits(0.2)).guard.limit == 0.2
     assert take_command(1, settled(rules, MIDDLE))[1] is None
+
+
+def test_a_twin_file_in_volts_is_refused(nominal: Rig) -> None:
+    """Its force is of a volt: rail guard and reset would be wrong by the supply's voltage."""
+    with pytest.raises(BadInputError, match=r"pwm_limit: expected at most 1, .* found 24 \(volts"):
+        make_rules(replace(nominal, force_per_pwm_n=12.86 / 24, pwm_limit=24.0))
+    assert make_rules(replace(nominal, pwm_limit=1.0), Limits(1.0)).limits.magnitude == 1.0
 
 
 def test_of_two_writers_at_once_nobody_is_obeyed(nominal: Rig, rules: Rules) -> None:

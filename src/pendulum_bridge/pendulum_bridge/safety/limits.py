@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_twin.errors import BadInputError
+from pendulum_twin.rig import LARGEST_PWM, Rig
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,16 @@ class Limited:
 
     pwm: float
     reasons: tuple[Reason, ...] = ()
+
+
+def check_command_unit(rig: Rig) -> None:
+    """Raise BadInputError when the rig's commands are no PWM fractions, as the wire has them."""
+    if rig.pwm_limit is not None and rig.pwm_limit > LARGEST_PWM:
+        raise BadInputError(
+            f"the twin file's pwm_limit: expected at most {LARGEST_PWM:g}, a PWM fraction, as the "
+            f"rig takes it, found {rig.pwm_limit:g} (volts, say): write force_per_pwm_n for a PWM "
+            "of 1 and the limit as a fraction of it, or use a driver for such commands"
+        )
 
 
 def find_refusal(command: float) -> Reason | None:

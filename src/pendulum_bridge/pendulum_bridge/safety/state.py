@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pendulum_bridge.safety import encoder_check
 from pendulum_bridge.safety.cart_direction import CartDirection
 from pendulum_bridge.safety.encoder_check import EncoderCheck, Encoders
-from pendulum_bridge.safety.limits import Limits
+from pendulum_bridge.safety.limits import Limits, check_command_unit
 from pendulum_bridge.safety.rail_guard import RailGuard, make_rail_guard
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_bridge.safety.reset import Reset, SwingDown, make_swing_down
@@ -116,8 +116,10 @@ def make_rules(
     period_s: s, from sample to sample.
     reset_deadline_s: s, after which a reset is given up.
 
-    Raises BadInputError when the rig lacks constants that the rules need.
+    Raises BadInputError when the rig lacks constants that the rules need, or its commands are no
+    PWM fractions.
     """
+    check_command_unit(rig)
     limit = min(limits.magnitude, rig.pwm_limit or limits.magnitude)
     guard = make_rail_guard(rig, limit, way=way, pole_way=pole_way)
     swing_plan = make_swing_down(rig, limit, way, pole_way, reset_deadline_s)
