@@ -14,6 +14,7 @@ import pytest
 
 rclpy = pytest.importorskip("rclpy")
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue  # noqa: E402
+from rclpy.duration import Duration  # noqa: E402
 from rclpy.node import Node  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
 from rclpy.serialization import deserialize_message  # noqa: E402
@@ -23,8 +24,9 @@ from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import Bool, Float64, String  # noqa: E402
 from support.paths import CONFIG  # noqa: E402
 from support.recorder_bags import counts, data_file, index, with_mcap, with_rosbags  # noqa: E402
-from support.ros_graph import Graph  # noqa: E402
+from support.ros_graph import Graph, until  # noqa: E402
 
+from pendulum_bridge.nodes.raw_topics import RawTopics  # noqa: E402
 from pendulum_bridge.nodes.recorder_node import RecorderNode  # noqa: E402
 from pendulum_bridge.recording.recover import recover  # noqa: E402
 from pendulum_sysid.cli import main as sysid  # noqa: E402
@@ -212,6 +214,40 @@ def test_a_topic_that_appears_later_is_recorded_as_it_is_offered(
         ("/a", 1.0), ("/a", 3.0), ("/a", 4.0), ("/b", 2.0),
     ]  # fmt: skip
     assert sum(json.loads(index(tmp_path / "run")["custom_data"]["dropped"]).values()) == 0
+
+
+def test_nothing_is_lost_or_doubled_when_a_laxer_publisher_appears(
+    ros: Graph, monkeypatch
+) -> None:
+    """The request is relaxed for it: the subscription before is read until all know the next."""
+    monkeypatch.setattr("pendulum_bridge.nodes.raw_topics.TAKEOVER_S", 0.2)
+    topics, heard = RawTopics(ros.user("recorder"), ["/pwm"]), []
+    (topic,) = topics._heard
+
+    def look() -> None:
+        topics.discover()
+        heard.extend(message.sequence for message in topics.drain())
+        ros.spin()
+
+    def send(count: int) -> None:
+        for _ in range(count):
+            strict.publish(Float64())
+        assert strict.wait_for_all_acked(Duration(seconds=LONGEST_END_S))
+
+    strict = ros.user("strict").create_publisher(Float64, "/pwm", QoSProfile(depth=100))
+    until(strict.get_subscription_count, "the first subscription", look)
+    send(20)
+    until(lambda: len(heard) >= 20, "the first messages", look)
+    ros.user("lax").create_publisher(Float64, "/pwm", HURRIED)
+    until(lambda: len(topics._node.get_publishers_info_by_topic("/pwm")) == 2, "the second")
+    send(20)  # they wait in the queue while the request is relaxed
+    look()
+    assert topic.replaced
+    send(20)
+    until(lambda: len(heard) >= 60, "the messages at the change", look)
+    until(lambda: not topic.replaced, "the end of the subscription before", look)
+    until(lambda: max(heard) > 60, "a later message", lambda: strict.publish(Float64()) or look())
+    assert heard[:60] == list(range(1, 61)) and len(set(heard)) == len(heard)
 
 
 def test_what_it_cannot_keep_up_with_is_counted(ros: Graph, tmp_path: Path) -> None:

@@ -26,6 +26,8 @@ from pendulum_twin.nodes.direct import UntouchedGroup
 from pendulum_twin.topics import CLOCK
 
 QUEUE = 5000  # messages a topic; the middleware keeps no more
+# how long a subscription is read beside that which replaces it: discovery takes as long, rarely
+TAKEOVER_S = 2.0
 
 
 @dataclass
@@ -37,13 +39,23 @@ class _Listened:
     publishers: identifiers of the publishers.
     gaps: counts messages that never came.
     useless: whether the topic's type is not installed.
+    replaced: subscriptions that are being replaced, and when they were, s, monotonic.
+    taken: numbers and times of the messages since the first of these was replaced.
     """
 
     name: str
     subscription: Subscription | None = None
     publishers: set[bytes] = field(default_factory=set)
     gaps: SequenceGaps = field(default_factory=SequenceGaps)
-    useless: bool = False  # whether its type is not installed
+    useless: bool = False
+    replaced: list[tuple[Subscription, float]] = field(default_factory=list)
+    taken: set[tuple[int, int]] = field(default_factory=set)
+
+    @property
+    def subscriptions(self) -> list[Subscription]:
+        """The subscriptions to read, the oldest first."""
+        latest = [] if self.subscription is None else [self.subscription]
+        return [*(subscription for subscription, _ in self.replaced), *latest]
 
 
 class RawTopics:
@@ -102,6 +114,7 @@ class RawTopics:
         ]
 
     def _look_for(self, heard: _Listened) -> Topic | None:
+        self._end_replaced(heard)
         publishers = self._node.get_publishers_info_by_topic(heard.name)
         if not publishers:
             return None
@@ -110,10 +123,22 @@ class RawTopics:
         if heard.subscription is None:
             return self._subscribe(heard, publishers, request)
         if demands_more(heard.subscription.qos_profile, request):
+            # the subscription is read on until the publishers surely send to the next one
+            heard.replaced.append((heard.subscription, time.monotonic()))
             kind = heard.subscription.msg_type
-            self._node.destroy_subscription(heard.subscription)
             heard.subscription = self._create_subscription(kind, heard.name, request)
         return None
+
+    def _end_replaced(self, heard: _Listened) -> None:
+        """Destroy replaced subscriptions, all at once, when the next one has long taken over."""
+        if heard.subscription is None or not heard.replaced:
+            return
+        publishers = max(former.get_publisher_count() for former, _ in heard.replaced)
+        is_known = heard.subscription.get_publisher_count() >= publishers
+        if is_known and time.monotonic() - heard.replaced[-1][1] > TAKEOVER_S:
+            for former, _ in heard.replaced:
+                self._node.destroy_subscription(former)
+            heard.replaced.clear()
 
     def _subscribe(
         self, heard: _Listened, publishers: Sequence[TopicEndpointInfo], request: Any
@@ -148,11 +173,21 @@ def _ignore(message: bytes) -> None:
 
 
 def _take_queued(heard: _Listened) -> Iterator[Message]:
-    """Yield queued messages, at most a queue's length, so that a flood ends."""
-    subscription = heard.subscription
-    if subscription is None:
-        return
-    known = len(heard.publishers)
+    """Yield queued messages, each once though several subscriptions have it."""
+    for subscription in heard.subscriptions:
+        for message in _take_from(heard, subscription):
+            key = (message.sequence, message.published_ns)
+            if key in heard.taken:
+                continue
+            if heard.replaced:
+                heard.taken.add(key)
+            if message.sequence:
+                heard.gaps.take(message.sequence, len(heard.publishers))
+            yield message
+
+
+def _take_from(heard: _Listened, subscription: Subscription) -> Iterator[Message]:
+    """Yield the queued messages of a subscription, at most a queue's length: a flood ends."""
     handle = subscription.handle
     with handle:
         for _ in range(QUEUE):
@@ -162,8 +197,6 @@ def _take_queued(heard: _Listened) -> Iterator[Message]:
             data, info = taken
             received_ns = info["received_timestamp"] or time.time_ns()
             number = info["publication_sequence_number"] or 0
-            if number:
-                heard.gaps.take(number, known)
             yield Message(
                 heard.name, received_ns, info["source_timestamp"] or received_ns, number, data
             )
