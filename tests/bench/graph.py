@@ -141,8 +141,9 @@ def bench_one_process(steps: int) -> list[Row]:
 
 def list_published(samples: DirectSubscription) -> Iterator[tuple[int, int]]:
     """Yield stamp and time of publication, ns, of what came."""
-    while (taken := samples.take_with_time()) is not None:
-        yield from_time(taken[0].header.stamp), taken[1]
+    while (taken := samples._handle.take_message(JointState, False)) is not None:
+        message, about = taken
+        yield from_time(message.header.stamp), about["source_timestamp"]
 
 
 def bench_jitter(seconds: float) -> list[Row]:

@@ -62,15 +62,6 @@ def test_what_waits_can_be_thrown_away(ros, pair) -> None:
     assert direct.clear() == 0
 
 
-def test_a_message_says_when_it_was_published(ros, pair) -> None:
-    direct, sender = pair
-    before = time.time_ns()
-    sender.publish(Float64(data=2.0))
-    message, published_ns = ros.until(direct.take_with_time, "a message with its time")
-    assert message.data == 2.0 and before - 10**6 <= published_ns <= time.time_ns()
-    assert direct.take_with_time() is None
-
-
 def test_an_executor_serves_the_rest_of_the_node_and_is_not_woken(
     ros, pair, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -56,6 +56,6 @@ def test_a_subscription_has_a_handle_from_which_messages_are_taken(ros):
     )
     assert message.data == 2.0
     assert "source_timestamp" in about, (
-        "take_message tells no source_timestamp: see DirectSubscription.take_with_time"
+        "take_message tells no source_timestamp: see pendulum_bridge.nodes.raw_topics"
     )
     ros.executor.add_node(listener)

@@ -72,17 +72,6 @@ class Run:
     path: Floats
     done: Ints
 
-    def keep_from(self, first: int) -> Run:
-        """Return the part of the run from command `first` on."""
-        return Run(
-            self.commands[first:],
-            self.true[first:],
-            self.shown[first:],
-            self.memory[first:],
-            self.path[first:],
-            self.done[first:],
-        )
-
     def make_snapshot(self, k: int) -> Snapshot:
         """Return the twin before command k."""
         done = int(self.done[k])

@@ -59,11 +59,6 @@ class DirectSubscription:
         answer = self._handle.take_message(self._kind, False)
         return None if answer is None else answer[0]
 
-    def take_with_time(self) -> tuple[Any, int] | None:
-        """Return the oldest message and its time, ns, by the publisher's system clock."""
-        answer = self._handle.take_message(self._kind, False)
-        return None if answer is None else (answer[0], answer[1]["source_timestamp"])
-
     def pause(self, timeout_s: float) -> None:
         """Wait until a message can be taken, or timeout_s; it may end early for no reason."""
         if not self._context.ok():
