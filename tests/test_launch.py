@@ -225,6 +225,12 @@ def test_identify_waits_for_all_that_listen_and_ends_with_its_parts(
     assert len(launch.of("view_node")) == (view == "true")
 
 
+def test_the_standard_plan_has_the_rate_of_rig_and_twin() -> None:
+    launch = read("identify", twin="t.yaml", out="o", rate_hz=50)
+    for node in ("driver_node", "twin_node", "excitation_node"):
+        assert given_to(only(launch, node))["rate_hz"] == 50.0
+
+
 def test_a_program_that_fails_fails_the_launch_of_an_experiment(monkeypatch) -> None:
     assert read("identify", **GIVEN, pendulum="emulated").fails_with_parts
     for name in ("launch", "launch.actions", "launch.event_handlers"):

@@ -262,6 +262,16 @@ def test_nobody_there_is_said_with_what_to_do() -> None:
     assert (status, faults) == (1, {"not_connected"}) and "no connection" in json.dumps(answer)
 
 
+@pytest.mark.parametrize("arguments", [["--json"], []], ids=["json", "lines"])
+def test_a_reader_that_has_gone_is_no_traceback(arguments: list[str]) -> None:
+    rig, user = free_ports()
+    doctor = Doctor(user, rig, "--seconds", "1", *arguments)
+    assert doctor.process.stdout is not None and doctor.process.stderr is not None
+    doctor.process.stdout.close()
+    assert doctor.process.stderr.read() == ""
+    assert doctor.process.wait(LONGEST_RUN_S) == 1
+
+
 def test_a_taken_port_is_said_and_the_rig_left_alone() -> None:
     with BareRig(HANGING.pack()) as bare, udp_socket() as other:
         other.bind(("127.0.0.1", bare.user))

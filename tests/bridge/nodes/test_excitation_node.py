@@ -146,6 +146,16 @@ def test_it_waits_for_as_many_nodes_as_it_is_told(ros: Graph, planned) -> None:
     assert bench.over(node) is None
 
 
+@pytest.mark.parametrize("rate_hz", [50.0, 200])
+def test_the_standard_plan_is_played_at_the_rigs_rate(ros: Graph, rate_hz: float) -> None:
+    bench = Bench(ros, rig_rate_hz=float(rate_hz))
+    node = make(ros, "", rate_hz=rate_hz, silence_s=BUSY_S, overruled_s=60.0, twin="")
+    assert node._plan.rate_hz == rate_hz and node._plan.seconds == pytest.approx(60.0, abs=2.0)
+    ros.until(lambda: node._run.stage in (Stage.PLAYING, Stage.STOPPED), "the plan")
+    assert node._run.stage is Stage.PLAYING, node.end()
+    assert bench.rig is not None
+
+
 def test_it_waits_for_the_service_and_plays_again_when_asked(ros: Graph, planned) -> None:
     bench = Bench(ros)
     node = make(

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import signal
 import sys
 from collections import Counter
@@ -59,17 +60,19 @@ def main(arguments: list[str] | None = None) -> int:
                 findings.append(finding)
                 if not (options.json or (options.quiet and finding.verdict in GOOD)):
                     print(finding.line, flush=True)
+        end = (
+            json.dumps(_make_mapping(findings), indent=2)
+            if options.json
+            else f"\n{_summarise(findings)}"
+        )
+        print(end, flush=True)
     except BadInputError as error:
         return _report_failure(f"rig_doctor: {error}")
     except KeyboardInterrupt:
         return _report_failure("rig_doctor: interrupted; the last that was sent is PWM 0")
-    except BrokenPipeError:
-        return 1  # the reader of stdout has gone
-    print(
-        json.dumps(_make_mapping(findings), indent=2)
-        if options.json
-        else f"\n{_summarise(findings)}"
-    )
+    except BrokenPipeError:  # the reader of stdout has gone; Python would complain at the exit
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
     return int(any(finding.verdict is Verdict.FAIL for finding in findings))
 
 

@@ -35,7 +35,12 @@ from pendulum_bridge.excitation.run import (
     take_sample,
 )
 from pendulum_bridge.nodes.excitation_reports import Reports
-from pendulum_bridge.nodes.excitation_settings import AUTO, ExcitationSettings, make_bounds
+from pendulum_bridge.nodes.excitation_settings import (
+    AUTO,
+    ExcitationSettings,
+    choose_plan,
+    make_bounds,
+)
 from pendulum_bridge.nodes.pendulum_client import PendulumClient
 from pendulum_bridge.nodes.reset_sequence import ResetSequence
 from pendulum_bridge.safety.rig_state import RigState
@@ -49,8 +54,6 @@ from pendulum_twin.nodes.messages import from_joint_state, from_time
 from pendulum_twin.nodes.qos import LATCHED, SAMPLES
 from pendulum_twin.nodes.running import run, spin
 from pendulum_twin.nodes.settings import declare_settings
-from pendulum_twin.plans.excitation import make_standard_plan
-from pendulum_twin.plans.plan_file import load_plan
 from pendulum_twin.plans.waveforms import make_envelope
 from pendulum_twin.standstill import NAMED_S, describe_standstill
 from pendulum_twin.stop_request import StopRequest
@@ -68,9 +71,7 @@ class ExcitationNode(Node):
         try:
             self._settings = settings = declare_settings(self, ExcitationSettings)
             room = make_envelope(load_twin(settings.twin_file).rig)
-            self._plan = (
-                load_plan(settings.plan, room) if settings.plan else make_standard_plan(room)
-            )
+            self._plan = choose_plan(settings, room)
         except BadInputError:
             super().destroy_node()
             raise

@@ -17,6 +17,8 @@ from pendulum_twin.nodes.settings import (
     make_text_field,
     make_whole_field,
 )
+from pendulum_twin.plans.excitation import Excitation, make_standard_plan
+from pendulum_twin.plans.plan_file import load_plan
 from pendulum_twin.plans.waveforms import Envelope
 
 AUTO, SERVICE = "auto", "service"
@@ -38,6 +40,12 @@ class ExcitationSettings:
     )
 
     plan: str = make_text_field("", "path of a plan file; empty for the standard plan of a minute")
+    rate_hz: float = make_number_field(
+        100.0,
+        10.0,
+        1000.0,
+        "samples a second that the rig sends, for the standard plan; a plan file has its own",
+    )
     twin_file: str = make_text_field(
         "", "path of the rig's twin file: its rail and its largest command"
     )
@@ -110,6 +118,16 @@ class ExcitationSettings:
                 f"twin: expected another namespace than that of the rig, found {self.twin} for "
                 "both"
             )
+
+
+def choose_plan(settings: ExcitationSettings, room: Envelope) -> Excitation:
+    """Return the plan of the file, or the standard plan at the rig's rate.
+
+    Raises BadInputError when the file cannot be used.
+    """
+    if settings.plan:
+        return load_plan(settings.plan, room)
+    return make_standard_plan(room, rate_hz=settings.rate_hz)
 
 
 def make_bounds(settings: ExcitationSettings, room: Envelope) -> Bounds:
