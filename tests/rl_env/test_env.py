@@ -132,6 +132,21 @@ def test_a_rig_that_really_is_elsewhere_is_believed_in_the_end() -> None:
     assert believed[-1] == 0.6 and 0 < noise.dropped <= MOST_DROPPED_IN_A_ROW
 
 
+@pytest.mark.parametrize("dropped", [0, 1, 2])
+def test_a_sample_after_noise_may_have_moved_for_as_long_as_has_passed(dropped: int) -> None:
+    """Twice what the limits of 3 m/s allow since the last accepted sample, not more."""
+    task = Task()
+    for share, noisy in ((0.95, 0), (1.05, 1)):
+        noise = NoiseFilter(task)
+        noise.start(Sample(np.array([0.0, math.pi, 0.0, 0.0]), 0.0))
+        for k in range(dropped):
+            noise.select(Sample(np.array([9.0, math.pi, 0.0, 0.0]), task.step_s * (k + 1)))
+        stamp_s = task.step_s * (dropped + 1)
+        moved = np.array([share * 2.0 * 3.0 * stamp_s, math.pi, 0.0, 0.0])
+        noise.select(Sample(moved, stamp_s))
+        assert noise.dropped == dropped + noisy
+
+
 def test_the_fastest_motion_within_the_limits_is_no_noise() -> None:
     noise = NoiseFilter(Task())
     noise.start(Sample(np.array([0.0, 0.0, 3.0, 15.0]), 0.0))

@@ -10,6 +10,8 @@ from PIL import Image
 from support.paths import ROOT
 
 import pendulum_rl_env  # noqa: F401 (registers)
+from pendulum_rl_env.env import PendulumEnv
+from pendulum_rl_env.in_process import make_twin_env
 from pendulum_rl_env.picture import INK, SCALE_PX, draw_picture
 from pendulum_rl_env.scoring import Episode
 from pendulum_rl_env.task import Task
@@ -66,6 +68,20 @@ def test_a_window_shows_every_step_by_itself(name: str, monkeypatch) -> None:
     env.close()
 
 
+@pytest.mark.parametrize("step_s", [0.01, 0.03, 0.1])
+def test_pictures_are_played_at_the_pace_of_the_steps(step_s: float) -> None:
+    env = gym.make(IDS[0], step_s=step_s)
+    assert env.metadata["render_fps"] == round(1 / step_s)
+    assert env.metadata["render_modes"] == ["human", "rgb_array"]
+    env.close()
+    assert PendulumEnv.metadata["render_fps"] == 33
+
+
+def test_another_mode_is_refused() -> None:
+    with pytest.raises(BadInputError, match="expected human, rgb_array or None, found 'jpeg'"):
+        make_twin_env(render_mode="jpeg")
+
+
 def test_a_window_without_pygame_is_refused(monkeypatch) -> None:
     monkeypatch.setitem(sys.modules, "pygame", None)
     with pytest.raises(BadInputError, match="pip install pygame"):
@@ -80,6 +96,7 @@ def test_a_video_is_one_that_plays(tmp_path) -> None:
     save_video(EPISODE, Task(), tmp_path / "episode.gif")
     assert Image.open(tmp_path / "episode.gif").n_frames >= 1
     assert {path.name for path in tmp_path.iterdir()} == {"episode.mp4", "episode.gif"}
+    assert {path.stat().st_mode & 0o777 for path in tmp_path.iterdir()} == {0o644}
 
 
 def test_other_names_of_videos_are_refused(tmp_path, monkeypatch) -> None:

@@ -43,7 +43,7 @@ class PendulumEnv(gym.Env[Observation, Observation]):
 
     metadata: dict[str, Any] = {  # noqa: RUF012
         "render_modes": list(RENDER_MODES),
-        "render_fps": 33,
+        "render_fps": round(1 / Task.step_s),  # of an instance by its own step
     }
 
     def __init__(
@@ -51,6 +51,7 @@ class PendulumEnv(gym.Env[Observation, Observation]):
     ) -> None:
         self.task = task or Task(step_s=transport.step_s)
         self.render_mode = render_mode
+        self.metadata = {**self.metadata, "render_fps": round(1 / self.task.step_s)}
         self.transport = transport
         self.observation_space = gym.spaces.Box(
             -self.task.bounds, self.task.bounds, dtype=np.float32

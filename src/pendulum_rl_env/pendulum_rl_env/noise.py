@@ -54,7 +54,8 @@ class NoiseFilter:
         if not np.all(np.isfinite(after.state)):
             return True
         elapsed_steps = (after.stamp_s - before.stamp_s) / self.task.step_s
-        periods = self._dropped_in_a_row + max(elapsed_steps, 1.0)
+        # stamps that stand still, or jump back, count as a step each
+        periods = max(elapsed_steps, self._dropped_in_a_row + 1.0)
         step_s, v, w = self.task.step_s, self.task.v_limit_m_s, self.task.w_limit_rad_s
         reach = np.array([v * step_s, w * step_s, v * VELOCITY_SHARE, w * VELOCITY_SHARE])
         jump = np.abs(after.state - before.state)

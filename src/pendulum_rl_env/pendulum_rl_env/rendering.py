@@ -23,10 +23,14 @@ class Renderer:
     half_rail_m: m; half of the rail that the picture shows.
     step_s: s; a window shows states no faster than this.
 
-    Raises BadInputError for a window where pygame is not installed.
+    Raises BadInputError for another mode, and for a window where pygame is not installed.
     """
 
     def __init__(self, mode: str | None, half_rail_m: float, step_s: float) -> None:
+        if mode is not None and mode not in RENDER_MODES:
+            raise BadInputError(
+                f"render_mode: expected {', '.join(RENDER_MODES)} or None, found {mode!r}"
+            )
         self.mode, self._half_rail_m = mode, half_rail_m
         self._window = _Window(step_s) if mode == "human" else None
 

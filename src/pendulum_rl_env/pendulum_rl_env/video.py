@@ -80,6 +80,9 @@ def _save_mp4(pictures: list[NDArray[np.uint8]], step_s: float, path: Path) -> N
         for picture in pictures:
             frames.send(np.ascontiguousarray(picture))
         frames.close()
+        Path(name).chmod(
+            0o644
+        )  # as `write_atomically` does: a temporary file is its owner's alone
         Path(name).replace(path)
     finally:
         with contextlib.suppress(OSError):

@@ -18,6 +18,8 @@ from support.served_twin import served_twin  # noqa: E402
 from support.topic_rigs import HANGING, MadeRig, made_rig  # noqa: E402
 
 from pendulum_bridge.nodes.view_node import ViewNode  # noqa: E402
+from pendulum_rl_env.nodes import rig_client  # noqa: E402
+from pendulum_rl_env.nodes.rig_client import RigClient  # noqa: E402
 from pendulum_rl_env.nodes.ros_env import make_ros_env  # noqa: E402
 from pendulum_rl_env.nodes.topic_transport import TopicTransport  # noqa: E402
 from pendulum_rl_env.transport import NoAnswerError, Sample  # noqa: E402
@@ -90,6 +92,32 @@ def exchange_in_time(
             return sample, missed
         assert sample.state[2] != command and time.monotonic() < end_s
         missed += 1
+
+
+@pytest.fixture
+def contexts(monkeypatch: pytest.MonkeyPatch) -> list[rclpy.context.Context]:
+    """Return the contexts of the clients to be made."""
+    made: list[rclpy.context.Context] = []
+
+    def make_context() -> rclpy.context.Context:
+        made.append(rclpy.context.Context())
+        return made[-1]
+
+    monkeypatch.setattr(rig_client, "Context", make_context)
+    return made
+
+
+def test_an_environment_that_cannot_be_made_leaves_no_node(domain, contexts) -> None:
+    with pytest.raises(BadInputError, match="render_mode: expected human, rgb_array or None"):
+        make_ros_env(render_mode="jpeg")
+    assert [context.ok() for context in contexts] == [False]
+
+
+def test_a_client_that_cannot_be_made_leaves_no_node(domain, contexts, monkeypatch) -> None:
+    monkeypatch.setattr(rig_client, "DirectSubscription", lambda *_: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        RigClient("rig")
+    assert [context.ok() for context in contexts] == [False]
 
 
 @pytest.mark.wall_time

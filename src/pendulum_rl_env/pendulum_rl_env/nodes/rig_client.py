@@ -63,9 +63,17 @@ class RigClient:
                 use_global_arguments=False,
             )
         except RuntimeError as error:
+            self._context.try_shutdown()
             raise BadInputError(
                 f"ROS cannot run the environment's node: {str(error).splitlines()[0]}"
             ) from error
+        try:
+            self._listen()
+        except BaseException:  # else the node would stay in the graph without an owner
+            self._end_node()
+            raise
+
+    def _listen(self) -> None:
         self._commands = self._node.create_publisher(Float64, self._topic(topics.PWM), LATEST)
         self._samples = DirectSubscription(
             self._node, JointState, self._topic(topics.JOINT_STATES), SAMPLES
@@ -144,8 +152,11 @@ class RigClient:
             self._commands.wait_for_all_acked(Duration(seconds=DELIVERY_S))
         finally:
             self._executor.shutdown()
-            self._node.destroy_node()
-            self._context.try_shutdown()
+            self._end_node()
+
+    def _end_node(self) -> None:
+        self._node.destroy_node()
+        self._context.try_shutdown()
 
     def _topic(self, name: str) -> str:
         return f"{self.name.rstrip('/')}/{name}"

@@ -35,4 +35,8 @@ def make_ros_env(
     transport = TopicTransport(
         namespace, lockstep, step_s, deadline_s, reset_deadline_s, pwm_limit
     )
-    return scale_actions(PendulumEnv(transport, task, render_mode))
+    try:
+        return scale_actions(PendulumEnv(transport, task, render_mode))
+    except BaseException:  # a window without pygame, say: the node must not stay in the graph
+        transport.close()
+        raise
