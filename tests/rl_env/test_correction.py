@@ -56,6 +56,13 @@ def test_corrections_keep_to_their_bound_and_the_limit() -> None:
         assert correct(action) == pytest.approx(np.clip(wanted, -0.5, 0.5))
 
 
+@pytest.mark.parametrize(("rig_limit", "most"), [(0.2, 0.2), (0.9, 0.5), (np.inf, 0.5)])
+def test_corrected_commands_keep_to_the_smaller_limit(rig_limit: float, most: float) -> None:
+    corrector = Corrector(replace(CORRECTION, bound=3.0), 1)
+    corrector.heed_limit(rig_limit)
+    assert [corrector.choose_commands([[a]])[0] for a in (1.0, -1.0)] == [most, -most]
+
+
 def test_each_pendulum_has_a_controller_of_its_own() -> None:
     corrector = Corrector(CORRECTION, 2)
     states = np.array([[0.0, np.pi, 0.0, 0.0], [0.1, 0.2, 0.0, 0.0]])

@@ -87,8 +87,8 @@ class ScriptedTransport:
 
     step_s = 0.03
 
-    def __init__(self, states: list[list[float]]) -> None:
-        self._states, self._k = states, 0
+    def __init__(self, states: list[list[float]], info: dict[str, float] | None = None) -> None:
+        self._states, self._info, self._k = states, info or {}, 0
 
     def reset(self) -> Sample:
         return self._next()
@@ -102,7 +102,7 @@ class ScriptedTransport:
     def _next(self) -> Sample:
         state = self._states[min(self._k, len(self._states) - 1)]
         self._k += 1
-        return Sample(np.array(state), 0.03 * (self._k - 1), {})
+        return Sample(np.array(state), 0.03 * (self._k - 1), self._info)
 
 
 def test_a_jump_is_dropped_and_counted_and_the_last_good_sample_stands() -> None:
@@ -119,6 +119,25 @@ def test_a_jump_is_dropped_and_counted_and_the_last_good_sample_stands() -> None
         states.append(info["state"])
     assert dropped == [0, 1, 1, 2, 2]
     assert np.array_equal(states, [hanging] * 5)
+
+
+def test_every_spike_is_dropped_where_good_samples_come_between() -> None:
+    hanging, spike = [0.0, math.pi, 0.0, 0.0], [0.5, 0.0, 0.0, 0.0]
+    spikes = 2 * MOST_DROPPED_IN_A_ROW
+    env = PendulumEnv(ScriptedTransport([hanging, *([spike, hanging] * spikes)]))
+    env.reset()
+    infos = [env.step(np.zeros(1, dtype=np.float32))[4] for _ in range(2 * spikes)]
+    assert infos[-1]["noise_dropped"] == spikes
+    assert all(np.array_equal(info["state"], hanging) for info in infos)
+
+
+@pytest.mark.parametrize(("rig_limit", "most"), [(0.2, 0.2), (0.9, 0.5)])
+def test_commands_keep_to_the_smaller_limit_of_task_and_rig(rig_limit: float, most: float) -> None:
+    hanging = [0.0, math.pi, 0.0, 0.0]
+    env = PendulumEnv(ScriptedTransport([hanging], {"pwm_limit": rig_limit}))
+    env.reset()
+    sent = [env.step(np.array([pwm]))[4]["applied_pwm"] for pwm in (1.0, -1.0, 0.1)]
+    assert sent == [most, -most, 0.1]
 
 
 def test_a_rig_that_really_is_elsewhere_is_believed_in_the_end() -> None:

@@ -71,6 +71,20 @@ def test_at_the_rail_the_penalty_is_what_the_agent_gets() -> None:
     assert course.seen[0] == pytest.approx([0, 0, 0, -1, 0], abs=1e-6)
 
 
+def test_an_end_at_the_last_step_is_no_cut() -> None:
+    """Learners add what would have come after a cut, and nothing after an end."""
+    pushed = np.array([0.5])
+    fleet = Fleet([INTECO], 1)
+    while not fleet.step(pushed).end[0]:
+        assert fleet.course.length[0] < 200
+    steps = int(fleet.course.length[0])
+    short = Fleet([INTECO], 1, Task(steps=steps))
+    for _ in range(steps):
+        course = short.step(pushed)
+    assert course.length[0] == steps and course.end[0] == End.CART_SPEED
+    assert not course.truncated[0]
+
+
 def test_the_same_seed_gives_the_same_episodes_and_another_others() -> None:
     def play(seed: int) -> np.ndarray:
         fleet = Fleet(

@@ -50,7 +50,9 @@ def test_it_is_equation_27_and_between_0_and_1(values: tuple[float, float, float
         ({"w": -15.1}, End.POLE_SPEED, -30),
         ({"x": 0.8, "v": 9, "w": 99}, End.RAIL, -50),
         ({"x": math.nan}, End.RAIL, -50),
+        ({"v": math.nan}, End.CART_SPEED, -30),
         ({"w": math.inf}, End.POLE_SPEED, -30),
+        ({"w": math.nan}, End.POLE_SPEED, -30),
         ({"x": 0.7, "v": -3, "w": 15}, End.NONE, 0.0),
     ],
 )

@@ -127,6 +127,7 @@ def stand_in_for_laws(monkeypatch: pytest.MonkeyPatch, **answers: object) -> Non
         "list_lesser_parts": lambda measured, names: [],
         "list_bent": lambda measured, names: [],
         "list_cancelled": lambda case, fit: frozenset(),
+        "ask_rivals_again": lambda measured, named: tuple(named),
         "measure_steadiness": lambda *about: {},
     }
     for name, answer in {**usual, **answers}.items():

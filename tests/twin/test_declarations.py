@@ -122,11 +122,12 @@ def test_a_static_filter_has_no_memory_and_bends_the_command(effect):
     assert any(call_filter(effect, 0.83, t) != 0.83 for t in (0.0, 1.0))
 
 
-@given(
-    st.sampled_from([e for e in CATALOGUE if e.is_static and e.inverse is not None]),
-    st.floats(-1.0, 1.0),
-    st.floats(0.0, 5.0),
+@pytest.mark.parametrize(
+    "effect",
+    [e for e in CATALOGUE if e.is_static and e.inverse is not None],
+    ids=lambda e: e.name,
 )
+@given(u=st.floats(-1.0, 1.0), t=st.floats(0.0, 5.0))
 def test_the_inverse_of_a_static_filter_asks_for_what_the_law_gives(effect, u, t):
     given_by_law = call_filter(effect, u, t)
     command = effect.inverse(given_by_law, t, *choose_values(effect))

@@ -9,6 +9,7 @@ from pendulum_twin.inverse_dynamics import compute_missing_force
 from pendulum_twin.late_angle import compute_delays, drop_delays, look_ahead, look_back
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import make_theta
+from pendulum_twin.sensors import apply_sensors, undo_sensors
 
 PERIOD_S, DELAY_S = 0.01, 0.0234
 LATE = make_theta(Twin("late", THESIS, {"angle_delay": {"delay_s": DELAY_S}}))[None]
@@ -57,9 +58,21 @@ def test_looking_back_undoes_looking_ahead():
     assert ahead[inner, 1] == pytest.approx(np.sin(3 * (t + DELAY_S))[inner], abs=1e-6)
     assert ahead[inner, 3] == pytest.approx(3 * np.cos(3 * (t + DELAY_S))[inner], abs=1e-4)
     assert later[inner, 1] == pytest.approx(-9 * np.sin(3 * (t + DELAY_S))[inner], abs=2e-3)
+    end, rate = np.sin(3 * t[-1]), 3 * np.cos(3 * t[-1])
+    assert ahead[-1, 1] == pytest.approx(end + DELAY_S * rate)  # the last state moves on
     back = look_back(states[:1], ahead[None], np.array([DELAY_S]), PERIOD_S, np.array([1.0]))[0]
     assert back[inner, 1] == pytest.approx(states[inner, 1], abs=1e-5)
     assert np.array_equal(back[:, 0], states[:, 0])
+
+
+def test_a_late_angle_is_undone_beside_a_wrong_clock():
+    """The rate by which a single state looks back is the same both ways."""
+    effects = {"angle_delay": {"delay_s": DELAY_S}, "sample_period_error": {"ratio": 0.2}}
+    theta, t = make_theta(Twin("both", THESIS, effects))[None], np.zeros(1)
+    states = np.array([[0.1, 2.0, -0.3, 5.0]])
+    shown = apply_sensors(states, theta, t)
+    assert abs(shown[0, 1] - 2.0) > 0.05 and shown[0, 3] != 5.0
+    assert undo_sensors(shown, theta, t) == pytest.approx(states, rel=1e-12)
 
 
 def test_delays_are_of_twins_and_can_be_dropped():

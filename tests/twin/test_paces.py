@@ -161,6 +161,18 @@ def test_another_twin_goes_on_from_the_measured_state() -> None:
     assert set(np.diff(outlet.stamps)) == {PERIOD_NS}
 
 
+def test_another_twin_lets_the_last_command_through_its_delay() -> None:
+    late = Twin("late", THESIS, {"input_delay": {"delay_s": 2 * PERIOD_S}})
+    twin, pace, outlet = make_live(Lockstep)
+    for command in (0.1, 0.4):
+        pace.take_command(command, 0)
+    before = twin.state
+    twin.become(late)
+    pace.take_command(-0.4, 0)
+    expected = Stepper(late, PERIOD_S, tuple(before), before=0.4)
+    assert outlet.states[-1].tobytes() == expected.step(-0.4).tobytes()
+
+
 def test_another_twin_brings_its_own_limit() -> None:
     twin, pace, outlet = make_live(Lockstep)
     weak = Twin("weak", type(THESIS)(**(THESIS.to_mapping() | {"pwm_limit": 0.1})))

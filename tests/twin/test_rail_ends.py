@@ -53,6 +53,16 @@ def test_the_cart_comes_away_and_hits_again() -> None:
     assert back[-1, 0] == -END_M and live.impacts == 2
 
 
+def test_of_a_contact_the_hardest_impact_is_kept() -> None:
+    live = make_live(Twin("short", replace(RIG, rail_half_length_m=1e-4)))
+    drive(live, 0.05, 3)
+    gentle = live.last_impact.speed_m_s
+    drive(live, 0.5, 3)
+    hardest = live.last_impact.speed_m_s
+    drive(live, 0.05, 3)
+    assert live.impacts == 1 and live.last_impact.speed_m_s == hardest > 3.0 * gentle > 0.0
+
+
 def test_the_angles_momentum_stays_and_energy_is_lost() -> None:
     theta = make_theta(TWIN)
     true = np.array([END_M + 0.01, 2.0, 1.5, -3.0])

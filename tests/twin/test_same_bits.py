@@ -113,9 +113,12 @@ def test_step_by_step_as_in_one_run(name):
     assert steps.tobytes() == whole.tobytes()
 
 
-def test_a_reset_stepper_is_a_new_one():
-    twin = Twin("test", *TWINS["all at once"])
-    stepper, fresh = Stepper(twin, 0.01), Stepper(twin, 0.01, START)
+@named
+def test_a_reset_stepper_is_a_new_one(name):
+    """Of a motion before the reset no force is left: no delay, no lag, no strain of friction."""
+    twin = Twin(name, *TWINS[name])
+    stepper = Stepper(twin, 0.01, (0.1, 1.0, 1.5, -3.0))
+    fresh = Stepper(twin, 0.01, START)
     for u in COMMAND[:50]:
         stepper.step(u)
     stepper.reset(START)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from pendulum_bridge.emulator.rig import EmulatedRig
 from pendulum_bridge.emulator.seal import Concealed
 from pendulum_bridge.excitation.guard import (
+    RECENT_S,
     Bounds,
     Stopped,
     StopReason,
@@ -143,6 +144,14 @@ def test_one_that_is_a_little_behind_or_slewing_does_not(behind: int) -> None:
     for wanted in late:
         slewing.append(slewing[-1] + min(max(wanted - slewing[-1], -0.1), 0.1))
     assert count_until_overruled(slewing[1:], requests) is None
+
+
+def test_recent_commands_are_those_of_the_last_tenth_of_a_second() -> None:
+    watch = Watch()
+    for k in range(40):
+        watch = note_request(0.01 * k, PERIOD_S, watch)
+    first = 39 - round(RECENT_S / PERIOD_S)
+    assert watch.requests == tuple(0.01 * k for k in range(first, 40))
 
 
 def test_obeyed_is_between_recent_commands() -> None:

@@ -156,6 +156,17 @@ def test_a_gain_of_speed_is_a_vote_of_its_own_stretch_alone(rules: Rules) -> Non
     assert direction.against and direction.votes == (0, 1)
 
 
+def test_no_stretch_goes_on_through_a_gap_between_samples(rules: Rules) -> None:
+    """Nobody knows what acted meanwhile on a cart that gains speed against its push."""
+    for gap_periods, known in ((5, True), (6, False)):
+        direction = CartDirection()
+        for k in range(60):
+            gap_s = (gap_periods if k % 10 == 0 else 1) * PERIOD_S
+            sample = RigState(0.0, math.pi, -0.03 * k, 0.0)
+            direction = follow_cart(direction, sample, 0.3, gap_s, PERIOD_S, rules.guard)
+        assert (sum(direction.votes) > 0) is known
+
+
 @pytest.mark.parametrize("known", [True, False], ids=["after pushes", "before any push"])
 @pytest.mark.parametrize(
     ("limit", "hand_n", "seconds", "hold_m"),

@@ -163,6 +163,16 @@ def test_a_cart_beyond_is_sent_back_gently_and_a_running_one_is_braked_fully(nom
     assert running.pwm == LIMIT and running.reason is Reason.RAIL_BRAKING
 
 
+@pytest.mark.parametrize(("back_m_s", "pwm"), [(0.1, -0.15), (0.3, 0.0)])
+def test_a_cart_that_comes_back_fast_enough_is_pushed_no_more(
+    nominal: Rig, back_m_s: float, pwm: float
+) -> None:
+    """So far beyond the margin that even the full brake comes too late."""
+    guard = make_rail_guard(nominal, LIMIT)
+    coming = Seen(RigState(1.5, math.pi, -back_m_s, 0.0), 0.0, 0.0)
+    assert guard_command(LIMIT, coming, 0.0, PERIOD_S, guard).pwm == pytest.approx(pwm)
+
+
 def test_both_ends_and_both_ways_are_mirrored(nominal: Rig) -> None:
     guard, other = make_rail_guard(nominal, LIMIT), make_rail_guard(nominal, LIMIT, way=-1)
     for x, v, command in ((0.7, 0.8, 0.4), (0.6, 1.5, -0.1), (0.2, 2.5, 0.5)):

@@ -13,6 +13,7 @@ from pendulum_bridge.safety.decide import decide
 from pendulum_bridge.safety.events import begin_reset
 from pendulum_bridge.safety.reasons import Reason
 from pendulum_bridge.safety.reset import (
+    LONGEST_STEP_S,
     Reset,
     Rest,
     find_end,
@@ -150,6 +151,28 @@ def test_a_pole_that_a_rig_does_not_have_is_not_damped(nominal: Rig) -> None:
         for rate in (0.0, 9.0)
     )
     assert still == wild and still.pwm != 0.0
+
+
+@pytest.mark.parametrize(("applied", "shows"), [(0.02, False), (-0.02, False), (0.2, True)])
+def test_a_command_that_the_dead_zone_swallows_shows_no_width(
+    nominal: Rig, applied: float, shows: bool
+) -> None:
+    plan = make_swing_down(nominal, 0.5)
+    rolling = replace(HANGING, cart_m=0.3, cart_m_s=0.4)
+    reset = swing_on(Reset(cart_m_s=0.4, dead=0.05), rolling, applied, PERIOD_S, plan)
+    assert (reset.dead != 0.05) is shows
+
+
+def test_a_gap_between_samples_counts_for_a_short_while_alone(nominal: Rig) -> None:
+    """Nobody knows whether cart and pole stood all the time between two samples."""
+    plan = make_swing_down(nominal, 0.5)
+    off_zero, stuck = replace(HANGING, pole_rad=0.0), replace(HANGING, pole_rad_s=5.0)
+    for still in (off_zero, stuck):
+        usual, late = (
+            swing_on(Reset(cart_m_s=0.0), still, 0.0, gap_s, plan)
+            for gap_s in (LONGEST_STEP_S, 0.4)
+        )
+        assert late == usual and late.standing_s + late.dry > 0.0
 
 
 def test_it_never_goes_on_beyond_its_deadline(nominal: Rig) -> None:

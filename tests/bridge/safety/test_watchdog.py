@@ -41,6 +41,12 @@ def test_both_are_old_after_two_tenths_of_a_second(later_s: float, old: bool) ->
     assert find_silence(ages, LIMITS) is (Reason.RIG_SILENT if old else None)
 
 
+def test_each_has_its_own_timeout() -> None:
+    ages = advance_ages(heard(0.0), 0.3)
+    assert find_silence(ages, Timeouts(command_s=0.1, sample_s=0.5)) is None
+    assert find_missing_command(ages, Timeouts(command_s=0.5, sample_s=0.1)) is None
+
+
 def test_old_is_an_error() -> None:
     assert {Reason.COMMAND_OLD.level, Reason.RIG_SILENT.level, Reason.NO_SAMPLE_YET.level} == {
         Level.ERROR

@@ -2,6 +2,7 @@
 
 import math
 from collections import deque
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -30,6 +31,7 @@ class MadeRig:
         self.period_ns, self.way_ns, self.ahead_ns = period_ms * MS, way_ms * MS, ahead_ms * MS
         self.now, self.taken, self.dead_ns = 5 * MS, 0, 10**15
         self.late: dict[int, int] = {}  # ns on top, by sample
+        self.early: dict[int, int] = {}  # ns by which a sample is stamped early
         self.lost: set[int] = set()
         self.sent: list[tuple[int, float]] = []
         self.queue: deque[Received] = deque(maxlen=DEPTH)
@@ -69,7 +71,8 @@ class MadeRig:
             heard = [command for when, command in self.sent if when < stamp]
             if self.taken not in self.lost:
                 state = np.array([self.taken, 3.0, heard[-1] if heard else 0.0, 0.0])
-                self.queue.append(Received(state, stamp + self.ahead_ns, arrival / 1e9))
+                stamp += self.ahead_ns - self.early.get(self.taken, 0)
+                self.queue.append(Received(state, stamp, arrival / 1e9))
             self.taken += 1
 
 
@@ -155,6 +158,21 @@ def test_a_late_sample_is_waited_for_a_period_and_no_longer() -> None:
     steps = [pace.exchange(0.1) for _ in range(3)]
     assert [round(sample.state[0]) - number for sample in steps] == [3, 7, 9]
     assert [sample.info["lost"] for sample in steps] == [0.0, 1.0, 1.0]
+
+
+@pytest.mark.parametrize("think_ms", [None, 33.5])
+def test_steps_have_the_same_samples_though_their_stamps_jitter(think_ms: float | None) -> None:
+    """After a late command, too, steps end where samples come, and not between two of them."""
+    rig = MadeRig()
+    rig.early = {number: number % 2 * MS for number in range(300)}
+    pace = begin_pace(rig)
+    first = pace.exchange(0.1)
+    if think_ms is not None:
+        rig.think(think_ms)
+        first = pace.exchange(0.1)
+        assert first.info["missed"] == 1.0
+    samples = [first, *(pace.exchange(0.1) for _ in range(20))]
+    assert {after.state[0] - before.state[0] for before, after in pairwise(samples)} == {3.0}
 
 
 def test_without_samples_it_ends_at_the_deadline_and_says_so() -> None:

@@ -33,3 +33,12 @@ def test_a_joint_that_moves_on_shows_that_the_driver_lives() -> None:
 def test_a_rig_that_comes_to_rest_and_starts_again_is_not_frozen() -> None:
     speed = np.clip(np.abs(STAMPS - 5.0) - 1.0, 0.0, None)
     assert find_frozen_runs(STAMPS, [np.cumsum(speed) * 0.01]) == []
+
+
+@pytest.mark.parametrize("backwards", [False, True], ids=["into a stop", "away from a stop"])
+def test_a_cart_that_an_end_stop_holds_is_not_frozen(backwards: bool) -> None:
+    """It stops within a sample, and starts again gradually, or the other way round."""
+    late_s = np.clip(STAMPS - 5.0, 0.0, None)
+    cart = 0.3 * np.sin(3.0 * np.minimum(STAMPS, 4.0)) + 0.1 * (1.0 - np.cos(3.0 * late_s))
+    cart = cart[::-1].copy() if backwards else cart
+    assert find_frozen_runs(STAMPS, [cart]) == []

@@ -31,6 +31,17 @@ def test_the_worst_latency_and_every_note_stay() -> None:
     assert (gap.count, gap.note, slip.kind) == (3, f"{CUT}; {HOLE}", "slip")
 
 
+def test_findings_are_told_at_times_through_all_recordings_with_their_pauses() -> None:
+    first, second = made(INTECO, 5.0), made(INTECO, 5.0, seed=1)
+    paused = replace(first.signals, stretch_begins=(0, 200), begin_s=(0.0, 4.0))
+    gap = QualityFinding("gap", 1, ((2.0, 4.0),))
+    first = replace(first, signals=paused, findings=(gap,))
+    second = replace(second, findings=(replace(gap, intervals_s=((1.0, 1.2),)),))
+    (joined,) = join_recordings([first, second]).findings
+    (_, again) = joined.intervals_s
+    assert again == pytest.approx((8.0, 8.2))  # 2 s, a pause of 2 s, and 3 s
+
+
 def test_recordings_that_say_no_latency_have_none() -> None:
     joined = join_recordings([made(INTECO, 5.0), made(INTECO, 5.0, seed=1)])
     assert joined.command_latency is None

@@ -256,6 +256,21 @@ def test_a_jump_that_stays_begins_a_new_stretch(recording: Make) -> None:
     np.testing.assert_array_equal(out.signals.cart, cart)
 
 
+def test_a_row_without_any_position_is_no_sample(recording: Make) -> None:
+    """A file may hold a row for each message, of other sensors as well."""
+    raw = recording(STAMPS)
+    assert raw.cart is not None
+    assert raw.pole is not None
+    values = {
+        "state_stamp_s": np.insert(STAMPS, 500, STAMPS[499] + 0.004),
+        "cart": np.insert(raw.cart, 500, np.nan),
+        "pole": np.insert(raw.pole, 500, np.nan),
+    }
+    out = clean_recording(recording(STAMPS, **values))
+    check_unchanged(raw, out)
+    assert out.findings == ()
+
+
 # Angles
 
 
@@ -289,6 +304,14 @@ def test_an_angle_begins_on_a_branch_near_hanging(first: float, expected: float)
     angle, wraps = unwrap(np.full(20, first))
     assert angle == pytest.approx(np.full(20, expected))
     assert len(wraps) == 0
+
+
+@pytest.mark.parametrize(("turns", "count"), [(0.9, 1), (0.6, 0), (-0.9, 1), (-1.4, 0)])
+def test_only_a_step_of_about_whole_turns_is_a_wrap(turns: float, count: int) -> None:
+    """Any other step is taken for the shortest one, too, and is a spike or a jump."""
+    angle, wraps = unwrap(np.repeat([np.pi, np.pi + 2 * np.pi * turns], 10))
+    assert wraps.tolist() == [9] * count
+    assert np.ptp(angle) == pytest.approx(abs(turns - round(turns)) * 2 * np.pi)
 
 
 # Times
@@ -486,6 +509,15 @@ def test_a_clipped_command_is_told(recording: Make) -> None:
 @pytest.mark.parametrize("levels", [(0.5, -0.5), (0.5, 0.0, -0.5, 0.25)])
 def test_steps_are_not_clipped(recording: Make, levels: tuple[float, ...]) -> None:
     command = np.array(levels)[(STAMPS // 1.5).astype(int) % len(levels)]
+    assert clean_recording(recording(STAMPS, command=command)).findings == ()
+
+
+def test_a_command_that_leaps_to_its_limit_from_the_other_side_is_not_clipped(
+    recording: Make,
+) -> None:
+    """It glides near the lower limit, and goes at once to the upper."""
+    place = np.arange(3000) % 15
+    command = np.where(place < 10, -0.48 + 0.003 * place, 0.5)
     assert clean_recording(recording(STAMPS, command=command)).findings == ()
 
 

@@ -112,7 +112,9 @@ def test_a_gain_that_changes_along_the_rail_is_no_slip(seed: int) -> None:
     assert signals.times_s[slip.first] == pytest.approx(15.0, abs=0.3)
 
 
-@pytest.mark.parametrize(("level_n", "static_n", "seed"), [(0.9, 1.1, 2), (1.5, 1.6, 3)])
+@pytest.mark.parametrize(
+    ("level_n", "static_n", "seed"), [(0.9, 1.1, 2), (1.5, 1.6, 3), (1.3, 2.4, 3)]
+)
 def test_a_cart_that_sticks_and_breaks_away_does_not_slip(
     level_n: float, static_n: float, seed: int
 ) -> None:

@@ -1,5 +1,7 @@
 """The judge believes a fit that is better on the choosing windows, and no single window."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.made_fits import make_errors, make_fit
@@ -102,6 +104,16 @@ def test_pieces_of_a_window_count_once() -> None:
     )
 
 
+@pytest.mark.parametrize(("windows", "likely"), [(1, False), (2, True)])
+def test_a_lead_of_a_single_window_is_not_likely(windows: int, likely: bool) -> None:
+    """The window that gains most is left out: a hand may have struck the rig there."""
+    at_noise = np.ones((60, 2))
+    off = at_noise.copy()
+    off[: 4 * windows] = 3.0
+    rich, simple = (replace(make_fit(errors), pieces=4) for errors in (at_noise, off))
+    assert compute_lead(rich, simple).likely is likely
+
+
 def test_an_effect_is_needed_when_it_is_ahead_and_its_interval_leaves_out_nothing() -> None:
     off, coulomb = make_errors(4), ("cart_coulomb_friction",)
     simple = make_fit(1.5 * off)
@@ -135,6 +147,13 @@ def test_distance_is_in_half_widths() -> None:
         compute_distance(make_fit(make_errors(6), ("cart_sign_inverted",)), "cart_sign_inverted")
         == np.inf
     )
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.4, 0.51), (0.49, 0.6)])
+def test_distance_is_in_the_wider_half_of_an_interval(low: float, high: float) -> None:
+    estimates = {LEVEL: Estimate(0.5, low, high, True)}
+    fit = make_fit(make_errors(6), ("cart_coulomb_friction",), estimates)
+    assert compute_distance(fit, "cart_coulomb_friction") == pytest.approx(5.0)
 
 
 def test_sizes_that_a_simpler_effect_has_do_not_speak_for_the_richer_one() -> None:

@@ -100,6 +100,7 @@ def test_what_does_as_well_is_asked_what_it_contains(
     monkeypatch.setattr(naming, "propose", lambda *about: proposals)
     monkeypatch.setattr(naming, "_fit_rival", fit_rival)
     monkeypatch.setattr(naming, "is_needed", lambda *about: as_good)
+    monkeypatch.setattr(naming, "is_outdone", lambda *about: False)
     monkeypatch.setattr(naming, "compute_lead", lambda *about: SimpleNamespace(is_real=False))
     journal = SimpleNamespace(note=lambda *about: None)
     search = SimpleNamespace(case=None, split=None, refuted=(), journal=journal)

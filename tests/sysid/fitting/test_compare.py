@@ -14,7 +14,7 @@ from support.made_recordings import (
     without_joint,
 )
 
-from pendulum_sysid.fitting.compare import compare, compare_two
+from pendulum_sysid.fitting.compare import Pair, compare, compare_two
 from pendulum_sysid.fitting.whole_run import compute_equation_29, run_whole
 from pendulum_sysid.fitting.window_runs import WindowRuns, run_windows
 from pendulum_sysid.fitting.windows import cut_windows
@@ -39,6 +39,16 @@ def recording() -> Recording:
 
 def window_runs(measured, runs, counts) -> WindowRuns:
     return WindowRuns((0, 1), np.zeros(1), 0.01, measured, runs, counts, np.array([2.0, 4.0]))
+
+
+def test_the_better_twin_of_a_window_is_so_in_units_of_noise() -> None:
+    """2 m of a sensor whose noise is 2 m are more than 3 rad of noise of 4 rad."""
+    measured, counts = np.zeros((2, 1, 2)), np.ones((2, 1, 2))
+    cart_off, pole_off = np.array([[2.0, 0.0]]), np.array([[0.0, 3.0]])
+    first = window_runs(measured, np.stack([cart_off, pole_off]), counts)
+    second = window_runs(measured, np.stack([pole_off, pole_off]), counts)
+    assert Pair((None, None), (first, second)).second_better == 1  # type: ignore[arg-type]
+    assert Pair((None, None), (second, first)).second_better == 0  # type: ignore[arg-type]
 
 
 def test_score_of_the_true_twin_from_its_true_starts_is_one(recording: Recording) -> None:

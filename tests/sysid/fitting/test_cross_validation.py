@@ -8,10 +8,12 @@ from support.hidden_physics import HIDDEN, INTECO, record_hidden
 from support.made_recordings import made
 
 from pendulum_sysid import decisions
+from pendulum_sysid.fitting import cross_validation
 from pendulum_sysid.fitting.cross_validation import cross_validate
 from pendulum_sysid.fitting.fit import HORIZONS, fit
 from pendulum_sysid.fitting.gauss_newton import refine_start_states, solve
 from pendulum_sysid.fitting.parameters import list_free_parameters
+from pendulum_sysid.fitting.windows import shorten_windows
 from pendulum_sysid.prepare import prepare
 from pendulum_twin.parameter_vector import make_theta
 
@@ -44,6 +46,25 @@ def test_a_constant_that_no_other_window_fixes_costs_its_window() -> None:
     theta = solve(problem, make_theta(case.twin), free[:5]).theta
     solution = solve(problem, theta, free)
     assert np.all(np.isfinite(cross_validate(problem, solution, free)))
+
+
+def test_the_pieces_of_a_window_are_left_out_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One piece of a window would tell most of what another is asked."""
+    prepared = prepare([made(INTECO, 12.0, 0.2)], INTECO)
+    case, pieces, left_out = prepared.case, 4, []
+    problem = case.problem(shorten_windows(case.state, prepared.split.learn, pieces))
+    free = list_free_parameters(case.twin, (), case.scales)
+    solution = solve(problem, make_theta(case.twin), free)
+
+    def keep(*about):
+        left_out.append(about[3])
+        return solution.theta, solution.start_states
+
+    monkeypatch.setattr(cross_validation, "_step_without", keep)
+    cross_validate(problem, solution, free, together=pieces)
+    windows = np.array(left_out).reshape(decisions.FOLDS, -1, pieces)
+    assert np.array_equal(windows.any(axis=2), windows.all(axis=2))
+    assert np.all(windows.any(axis=2).sum(axis=0) == 1)  # each window once
 
 
 def test_nothing_is_left_out_where_nothing_is_fitted() -> None:

@@ -9,9 +9,9 @@ from support.made_recordings import made
 from pendulum_sysid.cleaning.clean import clean_recording
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import HORIZONS
-from pendulum_sysid.fitting.gauss_newton import solve
+from pendulum_sysid.fitting.gauss_newton import Solution, solve
 from pendulum_sysid.fitting.parameters import list_free_parameters
-from pendulum_sysid.fitting.trimmed_fit import fit_to_better_half
+from pendulum_sysid.fitting.trimmed_fit import _pick_better_half, fit_to_better_half
 from pendulum_sysid.fitting.windows import WINDOW_S, cut_windows
 from pendulum_sysid.prepare import prepare_case
 from pendulum_twin.arrays import Floats
@@ -61,6 +61,13 @@ def test_windows_in_which_the_cart_rests_are_not_the_better_half() -> None:
     case = prepare_case([clean_recording(replace(still, command=rest))], HELD)
     case = exchange_some(case, 0.3)
     check_that_the_better_half_holds(case)
+
+
+def test_the_better_half_is_that_in_units_of_noise() -> None:
+    """A cart that is off by 1 mm is far off, and a pole by 2 mrad is not."""
+    off = np.array([[1e-3, 0.0], [0.0, 2e-3], [1e-3, 2e-3], [0.0, 1e-3]])
+    windows = Solution(TRUE, np.zeros((4, 4)), 10.0 * off**2, np.full((4, 2), 10.0))
+    assert _pick_better_half(windows, np.array([1e-4, 1e-3])).tolist() == [1, 3]
 
 
 def test_a_cart_that_never_moves_changes_nothing() -> None:

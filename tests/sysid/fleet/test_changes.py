@@ -56,9 +56,13 @@ def test_too_wide_intervals_do_not_hide_a_change() -> None:
     assert find_changes(DAYS, 0.2 * values, errors, 5).changes
 
 
-def test_wrong_standard_errors_make_no_change() -> None:
-    """A few estimates that claim far too much, and stand together by chance, prove nothing."""
-    values, errors = draw(np.zeros(40), 8)
+@pytest.mark.parametrize("seed", [8, 11, 22])
+def test_wrong_standard_errors_make_no_change(seed: int) -> None:
+    """A few estimates that claim far too much, and stand together by chance, prove nothing.
+
+    By their likelihood alone 15 of 40 such histories change.
+    """
+    values, errors = draw(np.zeros(40), seed)
     errors[[3, 8, 12, 25, 31, 36]] /= 8.0
     values[[3, 8, 12]], values[[25, 31, 36]] = 0.7, -0.7
     assert count_changes([find_changes(DAYS[:40], values, errors, 1)]) == 0

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from support.drawn_verdicts import make_named
 from support.fleet_rows import SIZES, draw_history, make_result
@@ -14,8 +15,13 @@ from support.made_recordings import INTECO
 
 from pendulum_sysid import decisions
 from pendulum_sysid.cli import main
-from pendulum_sysid.fleet.comparison import compare_rigs
-from pendulum_sysid.fleet.history import WEEK_S, describe_history, read_histories
+from pendulum_sysid.fleet.comparison import compare_rigs, get_recent
+from pendulum_sysid.fleet.history import (
+    WEEK_S,
+    compute_errors,
+    describe_history,
+    read_histories,
+)
 from pendulum_sysid.fleet.rows import RIG, Result
 from pendulum_sysid.fleet.store import Store
 from pendulum_sysid.fleet.work import fill_row
@@ -98,6 +104,20 @@ def test_next_week_of_a_drift_is_as_wide_as_any_interval(store: Store) -> None:
     half = decisions.INTERVAL_DEVIATIONS * np.hypot(error, force.course.spread)
     value, low, high = force.next_week
     assert piece.slope and (value - low, high - value) == pytest.approx((half, half))
+
+
+def test_rigs_are_compared_by_where_a_drift_has_come(store: Store) -> None:
+    (history,) = read_histories(store, "bench_07")
+    (force,) = (size for size in history.sizes if size.name == "force_per_pwm_n")
+    values, errors = get_recent(force)
+    assert len(values) > 20 and values == pytest.approx(12.86 - 0.06 * 25, abs=6 * errors.max())
+
+
+def test_an_interval_that_a_bound_cuts_has_the_error_of_its_other_side() -> None:
+    rows = pd.DataFrame({"value": [1.0, 1.0], "low": [1.0, 0.8], "high": [1.4, 1.0]})
+    assert compute_errors(rows) == pytest.approx(
+        np.array([0.4, 0.2]) / decisions.INTERVAL_DEVIATIONS
+    )
 
 
 def test_the_twin_of_today(store: Store, tmp_path: Path, capsys) -> None:

@@ -1,9 +1,11 @@
 """A law of one half of the time has to hold in the other half."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from support.made_fits import make_errors, make_fit
 from support.made_recordings import INTECO, made
 
 from pendulum_sysid import decisions
@@ -114,6 +116,17 @@ def test_laws_that_are_known_follow_in_each_half(monkeypatch):
     for other, own in (fits[:2], fits[2:4]):
         assert other[0] - own[0] == {"pole_torque_by_angle"} and "drive_gain_along_rail" in own[0]
         np.testing.assert_array_equal(own[1], ~other[1])
+
+
+@pytest.mark.parametrize(("loss", "holds"), [(0.0, True), (0.1, False)])
+def test_a_law_that_surely_spoils_a_half_does_not_hold(monkeypatch, loss: float, holds: bool):
+    """However much the other half gains by it."""
+    off, late = make_errors(3, windows=24), np.random.default_rng(1).normal(loss, 0.1, 12)
+    factors = np.concatenate([np.full(12, 0.3), np.exp(late)])[:, None]
+    longer, shorter = SimpleNamespace(curves=("asked",)), SimpleNamespace(curves=())
+    runs = [make_fit(off * factors), make_fit(off)]
+    monkeypatch.setattr(halves, "_run_halves", lambda *about: runs.pop(0))
+    assert is_seen_in_halves(None, None, longer, shorter) is holds
 
 
 @pytest.mark.parametrize(("gains", "errors"), [([3.0], 0.0), ([1.0, 3.0], 2.0)])

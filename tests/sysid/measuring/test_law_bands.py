@@ -8,10 +8,13 @@ import pytest
 from support.made_recordings import INTECO, made
 from support.measured_laws import measure_beside_constants
 
+from pendulum_sysid.measuring.curve import Curve
 from pendulum_sysid.measuring.law_bands import _project, _widen, widen_bands
 from pendulum_sysid.measuring.measure import Measured
+from pendulum_sysid.measuring.naming import NamedCurve
 from pendulum_sysid.measuring.shape_fit import fit_shape
 from pendulum_sysid.measuring.shapes import SHAPES
+from pendulum_sysid.measuring.smoothness import Smoothness
 from pendulum_twin.laws import BY_NAME
 from pendulum_twin.laws.law import Law, evaluate_law
 from pendulum_twin.model import Twin
@@ -64,21 +67,31 @@ def test_the_slope_of_a_line_varies_as_its_curve_does():
     assert deviations[slope] == pytest.approx(0.3, rel=1e-3)
 
 
+def straighten_force() -> tuple[NamedCurve, Curve, Smoothness]:
+    """Return the law of a force with a line for a formula, its measured curve, and the prior."""
+    measured = measure_force((3.0, 4.0) * 3)
+    (law,), law_fit = measured.named[1], measured.law_fit
+    (curve,), (prior,) = law_fit.curves, law_fit.priors
+    x = law.curve.knots
+    line = next(shape for shape in SHAPES if shape.name == "line")
+    shape = fit_shape(line, x, -3.0 * x, 1e4 * np.eye(len(x)))
+    return replace(law, shape=shape), curve, prior
+
+
 @pytest.mark.parametrize(("apart", "stays"), [(0.3, True), (3.0, False)])
 def test_a_formula_that_blocks_leave_nothing_sure_of_is_told_as_a_curve(apart: float, stays: bool):
     """A slope of 1 to 5 N/m^3 between blocks is no formula for the next recording."""
-    measured = measure_force((3.0, 4.0) * 3)
-    (law,), (curve,), (prior,) = (
-        measured.named[1],
-        measured.law_fit.curves,
-        measured.law_fit.priors,
-    )
-    x = law.curve.knots
-    line = next(shape for shape in SHAPES if shape.name == "line")
-    straight = replace(law, shape=fit_shape(line, x, -3.0 * x, 1e4 * np.eye(len(x))))
+    straight, curve, prior = straighten_force()
     wide = _widen(straight, curve, prior, apart**2 * np.outer(curve.knots, curve.knots))
     assert (wide.shape is not None) is stays and wide.is_doubted is not stays
-    assert np.array_equal(wide.values, law.values)
+    assert np.array_equal(wide.values, straight.values)
+
+
+def test_over_time_a_law_keeps_the_formula_that_it_needs():
+    straight, curve, prior = straighten_force()
+    timed = replace(curve, kind=next(kind for kind in BY_NAME.values() if kind.timed))
+    wide = _widen(straight, timed, prior, 3.0**2 * np.outer(curve.knots, curve.knots))
+    assert wide.shape is not None and not wide.is_doubted
 
 
 def test_at_the_noise_a_band_stays():

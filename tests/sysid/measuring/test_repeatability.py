@@ -1,6 +1,7 @@
 """What comes again of an error is told from what is random, where a motion is played twice."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -91,6 +92,17 @@ def test_both_at_once_are_parted() -> None:
 
 def test_a_motion_that_is_played_once_says_nothing() -> None:
     assert measure_repeatability(make_case(made(INTECO, seconds=20.0))) is None
+
+
+def test_a_slow_motion_is_not_found_again_a_moment_later() -> None:
+    """It grows all along, so that it never comes again."""
+    t = np.arange(2000) * 0.01
+    place = (1.0 + 0.15 * t) * np.sin(0.4 * np.pi * t)
+    rate, still, every = np.gradient(place, t), np.zeros(2000), np.ones(2000, dtype=bool)
+    signals = Signals(0.01, still, place, None, every, ~every)
+    state = SimpleNamespace(states=np.stack([place, still, rate, still], axis=1))
+    first, again, _ = find_repeated_windows(SimpleNamespace(signals=signals, state=state))  # type: ignore[arg-type]
+    assert len(first) == len(again) == 0
 
 
 def test_a_plan_is_repeated_after_the_pole_has_swung_out() -> None:

@@ -3,15 +3,21 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from support.tied_recordings import INTECO, ROOM, fit_recordings, record_plan
 
 from pendulum_sysid.cli import main
-from pendulum_sysid.planning.isolability import Encoders, Isolability, predict_isolability
+from pendulum_sysid.planning.isolability import (
+    Encoders,
+    Isolability,
+    _make_row,
+    predict_isolability,
+)
 from pendulum_sysid.planning.planned_run import make_hanging_lanes, play_plans
-from pendulum_twin.effects import CATALOGUE
+from pendulum_twin.effects import BY_NAME, CATALOGUE
 from pendulum_twin.errors import BadInputError
 from pendulum_twin.model import Twin, save_twin
 from pendulum_twin.parameter_vector import make_theta
@@ -144,6 +150,16 @@ def test_constants_that_a_plan_does_not_move_are_not_identifiable() -> None:
         row.identifiable
         for row in predict_isolability(INTECO, still, Encoders(), ("rail_tilt",)).constants
     )
+
+
+@pytest.mark.parametrize(("errors", "rivals"), [(4.9, ()), (5.1, ("drive_offset",))])
+def test_of_an_effect_that_does_not_show_no_rivals_are_told(
+    errors: float, rivals: tuple[str, ...]
+) -> None:
+    """What stands out of no noise is told from nothing."""
+    shape = SimpleNamespace(effect=BY_NAME["rail_tilt"], whole=make_theta(INTECO))
+    row = _make_row(errors, shape, None, None, ("drive_offset",), Encoders(), ())  # type: ignore[arg-type]
+    assert row.not_told_from == rivals
 
 
 def test_a_plan_that_leads_off_the_rail_is_refused() -> None:

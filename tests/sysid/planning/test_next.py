@@ -27,6 +27,7 @@ from pendulum_sysid.finding.separation import Tie
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.parameters import Free
 from pendulum_sysid.planning.aims import Narrowing, forget_beliefs
+from pendulum_sysid.planning.growing_plan import Setting
 from pendulum_sysid.planning.next_experiment import plan_next_experiment
 from pendulum_sysid.planning.next_sentences import describe_nothing_to_ask
 from pendulum_sysid.records import Fit, Next, Split
@@ -321,3 +322,23 @@ def test_a_belief_is_no_data_of_a_planned_run() -> None:
     (forgotten,) = forget_beliefs((mass,))
     assert mass.belief == pytest.approx(2500.0) and forgotten.belief == 0.0
     assert replace(forgotten, spread=mass.spread) == mass
+
+
+@pytest.mark.parametrize(
+    ("column", "most"),
+    [
+        (0, decisions.RAIL_SHARE * ROOM.half_length_m),
+        (2, decisions.PLAN_FASTEST_M_S),
+        (3, decisions.PLAN_FASTEST_RAD_S),
+    ],
+    ids=["far", "fast", "spinning"],
+)
+def test_a_phase_is_safe_within_each_of_its_bounds_for_every_twin(
+    column: int, most: float
+) -> None:
+    blank: dict[str, Any] = dict.fromkeys(Setting.__dataclass_fields__)
+    setting = Setting(**{**blank, "room": ROOM})
+    for share, safe in ((0.99, True), (1.01, False), (-1.01, False)):
+        states = np.tile([0.0, 99.0, 0.0, 0.0], (2, 50, 1))  # however far the pole has turned
+        states[1, 30, column] = share * most
+        assert setting.is_safe(states) is safe

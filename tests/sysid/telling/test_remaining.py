@@ -3,6 +3,7 @@
 from collections import namedtuple
 from dataclasses import replace
 from itertools import pairwise
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -19,12 +20,21 @@ from support.made_recordings import (
 )
 
 from pendulum_sysid import pipeline
+from pendulum_sysid.finding.judge import Lead
+from pendulum_sysid.finding.localisation.shape_check import WrongShape
+from pendulum_sysid.finding.naming import Named
 from pendulum_sysid.fitting.noise_floor import NoiseFloor
 from pendulum_sysid.fitting.window_runs import WindowRuns
+from pendulum_sysid.measuring.repeatability import Repeatability
 from pendulum_sysid.records import Outcome, Recording
 from pendulum_sysid.telling.light import AMBER, BLUE, judge_light
 from pendulum_sysid.telling.likeness import compute_floors
-from pendulum_sysid.telling.outcome import Findings, runs_at_noise
+from pendulum_sysid.telling.outcome import (
+    Findings,
+    compute_random_share,
+    list_told,
+    runs_at_noise,
+)
 from pendulum_sysid.telling.sentences import describe_size
 from pendulum_sysid.verdict.record import Verdict
 from pendulum_sysid.verdict.scores import Remainder
@@ -87,6 +97,46 @@ def test_before_and_after_have_one_measure(
 ) -> None:
     floors = compute_floors(make_findings([20.0, 20.0, 99.0], [4.0, 4.0, 80.0], **others))
     assert (floors.before, floors.after) == pytest.approx((before, after))
+
+
+@pytest.mark.parametrize(
+    ("floor", "ratio"), [(NoiseFloor(4.0, 2.0), 7.0), (NoiseFloor(2.0, 4.0), 7.0)]
+)
+def test_of_an_error_that_nothing_explains_the_larger_figure_counts(
+    floor: NoiseFloor, ratio: float
+) -> None:
+    """The median window's, or that of all windows together."""
+    nothing = {"named": (), "perhaps": (), "certain": (), "learned_misfit": 9.0}
+    findings = make_findings(9 * [28.0], 9 * [14.0], floor=floor, **nothing)
+    floors = compute_floors(findings)
+    assert (floors.before, floors.after) == pytest.approx((2 * ratio, ratio))
+
+
+@pytest.mark.parametrize(("again", "random"), [(0.8, 0.2), (0.1, 0.7), (None, 0.7)])
+def test_what_comes_again_is_not_random(again: float | None, random: float) -> None:
+    """Nor is what depends on something that was asked: here 0.3 of it."""
+    repeats = None if again is None else Repeatability(again, again, again, 9, 1.0)
+    remains = SimpleNamespace(explained=0.3)
+    findings = make_findings([2.0], [2.0], repeats=repeats, remains=remains)
+    assert compute_random_share(findings) == pytest.approx(random)
+
+
+@pytest.mark.parametrize(("ratio", "is_told"), [(1.4, False), (1.6, True)])
+def test_beside_a_wrong_shape_a_name_of_another_place_is_told_if_most_of_its_error_is_its_own(
+    ratio: float, is_told: bool
+) -> None:
+    wrong = WrongShape("pole_quadratic_drag", 0.3, "the pole's rate", "pole")
+    drag, tilt = Named(wrong.effect, Lead(9.0, 9.0)), Named("rail_tilt", Lead(ratio, 9.0))
+    findings = make_findings(
+        [2.0],
+        [2.0],
+        base=Fit(9.0),
+        named=(drag, tilt),
+        wrong_shapes=(wrong,),
+        certain=(),
+        needed=(),
+    )
+    assert list_told(findings) == ((tilt,) if is_told else ())
 
 
 def test_a_twin_that_has_not_changed_has_not_become_worse() -> None:

@@ -55,6 +55,20 @@ def test_an_error_that_follows_the_command_is_found_at_its_lag() -> None:
     assert test.command[peak] > 0.8 > 5 * test.command_limit
 
 
+def test_a_slow_error_beside_a_slow_command_is_not_blamed_on_it() -> None:
+    """Two slow signals are alike by chance: at three in four lags they left the band of white."""
+    random, outside = np.random.default_rng(9), []
+    for _ in range(10):
+        errors, command = (
+            np.stack([np.convolve(row, np.ones(20), "valid") for row in rows])
+            for rows in random.normal(size=(2, WINDOWS, SAMPLES + 19))
+        )
+        runs = make_runs(1e-3 * errors)
+        (test,) = examine_residuals(runs, runs, command)
+        outside.append(np.abs(test.command) > test.command_limit)
+    assert np.mean(outside) < 0.1
+
+
 def test_a_slow_error_is_not_white() -> None:
     slow = make_runs(1e-3 * np.cumsum(RNG.normal(size=(WINDOWS, SAMPLES)), axis=1))
     (test,) = examine_residuals(slow, slow, COMMAND[:, :SAMPLES])
