@@ -75,6 +75,17 @@ def test_a_late_angle_is_undone_beside_a_wrong_clock():
     assert undo_sensors(shown, theta, t) == pytest.approx(states, rel=1e-12)
 
 
+def test_a_single_state_looks_back_by_the_stamps_as_a_run_does():
+    effects = {"angle_delay": {"delay_s": DELAY_S}, "sample_period_error": {"ratio": 0.2}}
+    theta, pace, rate = make_theta(Twin("both", THESIS, effects))[None], 1.0 / 1.2, 5.0
+    t = np.arange(20) * PERIOD_S
+    true = np.stack([0 * t, rate * pace * t, 0 * t, rate + 0 * t], axis=1)  # by true time
+    alone = apply_sensors(true, np.repeat(theta, 20, axis=0), t)
+    before = np.array([[0.0, -rate * pace * DELAY_S, 0.0, rate]])
+    back = look_back(before, true[None], np.array([DELAY_S]), PERIOD_S, np.array([pace]))[0]
+    assert alone[:, 1] == pytest.approx(back[:, 1], abs=1e-12)
+
+
 def test_delays_are_of_twins_and_can_be_dropped():
     both = np.concatenate([LATE, PROMPT])
     assert compute_delays(both) == pytest.approx([DELAY_S, 0.0])

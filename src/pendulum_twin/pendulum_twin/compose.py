@@ -141,17 +141,21 @@ def compute_memory_sizes(h: float) -> list[int]:
 def compose_sensors(undo: bool = False) -> Callable[..., Any]:
     """Return measure(x, v, th, w, t, p, active): true to measured state, x, v, th, w again.
 
-    An angle that is read late, or followed, is where the pole's rate says that it was.
+    An angle that is read late, or followed, is where the pole's rate says that it was. How late
+    counts by the stamps, and the rate is of true time.
 
     undo: whether measured states become true states instead.
     """
     laws: dict[str, Callable[..., Any]] = {}
-    effects, late = list_effects(Form.MEASURE, tuple(Place)), []
+    effects, late = list_effects(Form.MEASURE, tuple(Place)), ["pace = 1.0"]
     lines: list[str] = []
+    for _, e in list_effects(Form.CLOCK, (Place.CLOCK,)):
+        laws[e.name] = e.law
+        late += [f"pace *= {e.name}({', '.join(list_arguments(e, ALONE))})"]
     behind = [list_effects(form, tuple(Place)) for form in (Form.LATE, Form.LAGGING)]
     for k, e in (*behind[0], *behind[1]):
         laws[e.name] = e.law
-        way = f"{'+' if undo else '-'}= {e.name}({', '.join(list_arguments(e, ALONE))}) * w"
+        way = f"{'+' if undo else '-'}= {e.name}({', '.join(list_arguments(e, ALONE))}) * pace * w"
         late += [f"if active[{k}]:", f"    th {way}"]
     for k, e in reversed(effects) if undo else effects:
         law = e.inverse if undo else e.law
