@@ -14,6 +14,7 @@ import struct
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -98,18 +99,27 @@ def end(process: subprocess.Popen) -> None:
     assert (process.returncode, complaints) == (0, "")
 
 
+def find_swing(pole_rad: float) -> float:
+    """Return the angle from hanging, rad: on a busy machine the pole may go over the top."""
+    return math.remainder(pole_rad - math.pi, math.tau)
+
+
 def test_a_reset_and_500_steps(client: Any) -> None:
     def step(pwm: float, reset: float) -> list[float]:
         client.send_payload((pwm, reset), ">dd")
         return client.receive_payload(">dddd")
 
+    samples: list[list[float]] = []
+
     def bring_to_rest() -> bool:
-        step(0.0, 0.0)
+        for _ in range(20):
+            step(0.0, 0.0)
         still = 0
         for _ in range(2000):
-            pole_rad, pole_rate, cart_m, cart_velocity = step(0.0, 1.0)
+            samples.append(step(0.0, 1.0))
+            pole_rad, pole_rate, cart_m, cart_velocity = samples[-1]
             calm = abs(pole_rate) < 0.2 and abs(cart_velocity) < 0.05
-            is_there = abs(pole_rad - math.pi) < 0.05 and abs(cart_m) < 0.03
+            is_there = abs(find_swing(pole_rad)) < 0.05 and abs(cart_m) < 0.03
             still = still + 1 if calm and is_there else 0
             if still == 20:
                 return True
@@ -118,9 +128,13 @@ def test_a_reset_and_500_steps(client: Any) -> None:
     for _ in range(20):
         step(0.4, 0.0)  # out of the middle
     # on a busy machine the rig gives a reset up; a client lets go of it, and asks again
-    assert any(bring_to_rest() for _ in range(5)), "no reset brought the pendulum to rest"
+    deadline = time.monotonic() + LONG_S
+    while not bring_to_rest():
+        assert time.monotonic() < deadline, (
+            f"no reset brought the pendulum to rest: {samples[-5:]}"
+        )
     samples = [step(0.1 * (-1) ** (k // 15), 0.0) for k in range(500)]
     carts = [sample[2] for sample in samples]
     assert max(carts) - min(carts) > 0.02
-    assert max(abs(sample[0] - math.pi) for sample in samples) > 0.03
+    assert max(abs(find_swing(sample[0])) for sample in samples) > 0.03
     assert all(math.isfinite(value) for sample in samples for value in sample)
