@@ -122,7 +122,7 @@ def _exchange_and_compare(search: Search, best: Fit, name: str) -> Named:
     refitted, inseparable, rivals = others[: decisions.RIVALS_REFITTED], [], []
     for proposal in refitted:
         other = _fit_rival(search, best, less, name, proposal)
-        as_good = is_needed(other, less, proposal.effect) and not is_outdone(other, best)
+        as_good = _does_as_well(search, other, best, less, proposal.effect)
         if as_good:
             inseparable.append(proposal.effect)
             rivals.append(other)
@@ -132,6 +132,22 @@ def _exchange_and_compare(search: Search, best: Fit, name: str) -> Named:
         search.journal.note(other, f"{verdict} {name} in its place")
     lead = compute_lead(best, less)
     return Named(name, lead, tuple(inseparable), rivals=tuple(rivals))
+
+
+def _does_as_well(search: Search, other: Fit, best: Fit, less: Fit, rival: str) -> bool:
+    """Return whether a fit with a rival in the place of an effect does as well as the best fit.
+
+    A rival behind may be right beside something without a name (`is_outdone`). Then the rival has
+    to be steady, as a name above the noise has to be.
+
+    less: the fit with neither.
+    """
+    if not is_needed(other, less, rival) or is_outdone(other, best):
+        return False
+    if not compute_lead(best, other).is_real:
+        return True
+    steadiness = measure_steadiness(search.case, search.split, other).get(rival)
+    return steadiness is not None and steadiness.is_steady
 
 
 def _fit_rival(search: Search, best: Fit, less: Fit, name: str, proposal: Proposal) -> Fit:
