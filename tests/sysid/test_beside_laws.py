@@ -11,6 +11,7 @@ from pendulum_sysid.beside_laws import (
     add_laws,
     ask_names_again,
     ask_shapes_again,
+    find_explaining,
     list_doubtful_sizes,
 )
 from pendulum_sysid.finding import naming
@@ -129,23 +130,36 @@ def stand_in_for_laws(monkeypatch: pytest.MonkeyPatch, **answers: object) -> Non
         "list_cancelled": lambda case, fit: frozenset(),
         "ask_rivals_again": lambda measured, named: tuple(named),
         "measure_steadiness": lambda *about: {},
+        "list_explaining": lambda *about: {},
     }
     for name, answer in {**usual, **answers}.items():
         monkeypatch.setattr(beside_laws, name, answer)
 
 
 @pytest.mark.parametrize(
-    ("doubted", "needed", "shares", "sure", "part", "regained"),
+    ("doubted", "needed", "shares", "sure", "part", "explains", "regained"),
     [
-        (make_named(), True, 1.0, True, False, True),
-        (make_named(weight=0.5), True, 1.0, True, False, False),
-        (make_named(shown=1), True, 1.0, True, False, False),
-        (make_named(), False, 1.0, True, False, False),
-        (make_named(), True, 0.4, True, False, False),
-        (make_named(), True, 1.0, False, False, False),
-        (make_named(), True, 1.0, True, True, False),
+        (make_named(), True, 1.0, True, False, False, True),
+        (make_named(weight=0.5), True, 1.0, True, False, False, False),
+        (make_named(weight=0.5), True, 1.0, True, False, True, True),
+        (make_named(shown=1), True, 1.0, True, False, False, False),
+        (make_named(shown=1), True, 1.0, True, False, True, True),
+        (make_named(), False, 1.0, True, False, False, False),
+        (make_named(), True, 0.4, True, False, False, False),
+        (make_named(), True, 1.0, False, False, True, False),
+        (make_named(), True, 1.0, True, True, True, False),
     ],
-    ids=["all", "not believed", "not again", "not needed", "not steady", "no size", "of a law"],
+    ids=[
+        "all",
+        "not believed",
+        "not believed and explains most",
+        "not again",
+        "not again and explains most",
+        "not needed",
+        "not steady",
+        "no size",
+        "of a law",
+    ],
 )
 def test_an_effect_that_laws_make_sure_is_a_name(
     monkeypatch: pytest.MonkeyPatch,
@@ -154,6 +168,7 @@ def test_an_effect_that_laws_make_sure_is_a_name(
     shares: float,
     sure: bool,
     part: bool,
+    explains: bool,
     regained: bool,
 ) -> None:
     name = doubted.effect
@@ -162,16 +177,42 @@ def test_an_effect_that_laws_make_sure_is_a_name(
         monkeypatch,
         is_part_of_law=lambda measured, name: part,
         list_needed=lambda measured, without: tuple(without) * needed,
-        measure_steadiness=lambda *about: {name: steadiness},
     )
     monkeypatch.setattr(naming, "is_surely_there", lambda *about: sure)
     findings = SimpleNamespace(case=SimpleNamespace(scales={}), named=(), perhaps=(doubted,))
     fit = SimpleNamespace(effects=(name,), twin=None, choose=2.0)
     measured = SimpleNamespace()
-    names, perhaps, _ = ask_names_again(findings, None, measured, fit)
+    explaining = {name: None} if explains else {}
+    names, perhaps, _ = ask_names_again(findings, measured, fit, {name: steadiness}, explaining)
     assert [effect.effect for effect in names] == [name] * regained
     assert [effect.effect for effect in perhaps] == [name] * (not regained)
     assert all(effect.is_sure for effect in names)
+
+
+@pytest.mark.parametrize(
+    ("doubted", "shares", "part", "asked"),
+    [
+        (make_named(weight=0.1, shown=0), 1.0, False, True),
+        (make_named(), 0.4, False, False),
+        (make_named(), 1.0, True, False),
+        (replace(make_named(), effect="coarse_command"), 0.4, False, True),
+        (replace(make_named(), effect="encoder_slip"), 1.0, False, False),
+        (replace(make_named(), is_rounding=True), 1.0, False, False),
+    ],
+    ids=["steady", "not steady", "of a law", "without a size", "of one instant", "rounding"],
+)
+def test_effects_that_are_the_same_everywhere_are_asked_what_they_explain(
+    monkeypatch: pytest.MonkeyPatch, doubted: Named, shares: float, part: bool, asked: bool
+) -> None:
+    stand_in_for_laws(
+        monkeypatch,
+        is_part_of_law=lambda measured, name: part,
+        list_explaining=lambda measured, fit, names: dict.fromkeys(names),
+    )
+    steadiness = Steadiness(np.full(6, shares), np.full(6, 0.02))
+    findings = SimpleNamespace(perhaps=(doubted,))
+    explaining = find_explaining(findings, None, None, {"friction_warming": steadiness})
+    assert list(explaining) == [doubted.effect] * asked
 
 
 def run_at(score: float) -> dict[str, object]:
@@ -263,11 +304,11 @@ def test_an_effect_that_is_less_than_a_law_or_stands_for_it_is_no_name(
     findings = SimpleNamespace(case=SimpleNamespace(scales={}), named=(wave, friction), perhaps=())
     fit = SimpleNamespace(effects=(wave.effect, friction.effect), choose=2.0)
     measured = SimpleNamespace(kinds=("angle_error_over_turn",))
-    names, perhaps, _ = ask_names_again(findings, None, measured, fit)
+    names, perhaps, _ = ask_names_again(findings, measured, fit, {}, {})
     assert (names, perhaps) == ((friction,), (wave,))
     measured = SimpleNamespace(kinds=("cart_dry_friction_by_velocity",))
     stand_in_for_laws(monkeypatch)
-    names, perhaps, _ = ask_names_again(findings, None, measured, fit)
+    names, perhaps, _ = ask_names_again(findings, measured, fit, {}, {})
     assert names == (wave, friction)
 
 
@@ -280,5 +321,5 @@ def test_an_effect_whose_shape_a_law_bends_is_no_name(
     monkeypatch.setattr(naming, "is_surely_there", lambda *about: True)
     findings = SimpleNamespace(case=SimpleNamespace(scales={}), named=(zone,), perhaps=())
     fit = SimpleNamespace(effects=(zone.effect,), choose=2.0)
-    names, perhaps, _ = ask_names_again(findings, None, SimpleNamespace(), fit)
+    names, perhaps, _ = ask_names_again(findings, SimpleNamespace(), fit, {}, {})
     assert names == (zone,) * (not bent) and perhaps == (zone,) * bent

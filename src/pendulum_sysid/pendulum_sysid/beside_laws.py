@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.cancellation import list_cancelled
-from pendulum_sysid.finding.environments import measure_steadiness
+from pendulum_sysid.finding.environments import Steadiness, measure_steadiness
 from pendulum_sysid.finding.given_twin import is_surely_behind
 from pendulum_sysid.finding.localisation.inspection import inspect_twin
 from pendulum_sysid.finding.localisation.localise import localise
@@ -20,15 +20,17 @@ from pendulum_sysid.finding.naming import (
     Named,
     add_readings,
     is_left_parts,
+    lasts,
     list_doubted,
     part_sure_names,
 )
-from pendulum_sysid.finding.replication import join_intervals, widen_intervals
+from pendulum_sysid.finding.replication import bound_sizes, join_intervals, widen_intervals
 from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.finding.whole_windows import measure_whole_windows
 from pendulum_sysid.fitting.noise_floor import is_at_noise, measure_noise_floor
 from pendulum_sysid.fitting.window_runs import run_parts
 from pendulum_sysid.measuring.best_laws import Starts, measure_best_laws
+from pendulum_sysid.measuring.explaining_names import list_explaining
 from pendulum_sysid.measuring.law_bands import widen_bands
 from pendulum_sysid.measuring.law_parts import give_parts_back
 from pendulum_sysid.measuring.law_start import begin_laws, leave_effects_out
@@ -42,6 +44,7 @@ from pendulum_sysid.measuring.names_beside_laws import (
     list_sized,
     list_stand_ins,
 )
+from pendulum_sysid.measuring.penalised_fit import LawFit
 from pendulum_sysid.measuring.rivals_beside_laws import ask_rivals_again
 from pendulum_sysid.measuring.shared_parameters import list_shared_parameters
 from pendulum_sysid.records import Fit, Outcome, Split
@@ -110,8 +113,12 @@ def add_laws(findings: Findings, split: Split, measured: Measured) -> Findings:
     case, fit = findings.case, measured.named[0]
     floor = measure_noise_floor(replace(case, twin=fit.twin), fit.theta, split.held_out)
     fit, at_noise = widen_intervals(case, split, fit), is_at_noise(case, split, fit, floor)
-    fit = join_intervals(fit, findings.best, list_doubtful_sizes(measured, at_noise))
-    sure, perhaps, needed = ask_names_again(findings, split, measured, fit)
+    steady = measure_steadiness(case, split, fit)
+    explaining = find_explaining(findings, measured, fit, steady)
+    told = join_intervals(fit, findings.best, list_doubtful_sizes(measured, at_noise))
+    bounded = bound_sizes(told, fit, explaining)
+    sure, perhaps, needed = ask_names_again(findings, measured, bounded, steady, explaining)
+    fit = bound_sizes(told, fit, explaining.keys() & {effect.effect for effect in sure})
     wrong_shapes = ask_shapes_again(findings, fit, sure, needed, measured.kinds)
     fit, sure = add_readings(case, fit, sure)
     improved = replace(case, twin=fit.twin)
@@ -149,29 +156,61 @@ def list_doubtful_sizes(measured: Measured, at_noise: bool) -> Collection[str]:
     return measured.named[0].estimates
 
 
+def find_explaining(
+    findings: Findings, measured: Measured, fit: Fit, steady: Mapping[str, Steadiness]
+) -> dict[str, LawFit]:
+    """Return the effects that were no names and explain most of the errors beside the laws.
+
+    By the effect's name: the fit with the same laws without the effect (`list_explaining`).
+
+    fit: with laws, and with intervals of its own.
+    steady: the steadiness of each effect in it.
+    """
+    doubted = [
+        effect.effect
+        for effect in findings.perhaps
+        if not effect.is_rounding and not is_part_of_law(measured, effect.effect)
+    ]
+    changing = {name for name, steadiness in steady.items() if not steadiness.is_steady}
+    lasting = [name for name in doubted if lasts(name) and name not in changing]
+    return list_explaining(measured, fit, lasting)
+
+
 def ask_names_again(
-    findings: Findings, split: Split, measured: Measured, fit: Fit
+    findings: Findings,
+    measured: Measured,
+    fit: Fit,
+    steady: Mapping[str, Steadiness],
+    explaining: Mapping[str, LawFit],
 ) -> tuple[tuple[Named, ...], tuple[Named, ...], tuple[str, ...]]:
     """Return the names beside laws, the effects that are none, and those that the twin needs.
 
     An effect that was not sure without laws is a name if it is sure, needed and steady with them,
-    and no part of a law. No name is an effect that the twin does not need beside the laws, that
-    stands for another law, or that, above the noise, other effects nearly cancel. What could stand
-    in the place of a name is asked again, too (`ask_rivals_again`).
+    and no part of a law. An effect that explains most of what the laws leave without it need not
+    be found again, nor believed, without laws. No name is an effect that the twin does not need
+    beside the laws, that stands for another law, or that, above the noise, other effects nearly
+    cancel. What could stand in the place of a name is asked again, too (`ask_rivals_again`).
 
     measured: the laws.
     fit: the fit with laws, with the intervals that the verdict tells.
+    steady: the steadiness of each effect in it.
+    explaining: fits without the effects that explain most, see `find_explaining`.
     """
     case = findings.case
-    whole = [e for e in list_doubted(findings.perhaps) if not is_part_of_law(measured, e.effect)]
+    believed = {effect.effect for effect in list_doubted(findings.perhaps)} | explaining.keys()
+    whole = [
+        effect
+        for effect in findings.perhaps
+        if effect.effect in believed and not is_part_of_law(measured, effect.effect)
+    ]
     doubtful, _ = part_sure_names(fit, whole, case.scales)
     bent = list_bent(measured, [effect.effect for effect in findings.named])
     sure, doubted = part_sure_names(fit, findings.named, case.scales, bent)
     names = [effect.effect for effect in (*sure, *doubtful)]
     lesser, sized = list_lesser_parts(measured, names), list_sized(measured, names)
-    without = leave_out_names(measured, sized)
+    unknown = [name for name in sized if name not in explaining]
+    without = {**leave_out_names(measured, unknown), **explaining}
     needed = list_needed(measured, without)
-    steady = measure_steadiness(case, split, fit)
     sure, doubtful = (
         tuple(replace(e, steadiness=steady.get(e.effect, e.steadiness)) for e in effects)
         for effects in (sure, doubtful)
@@ -182,9 +221,11 @@ def ask_names_again(
     refuted = {*lesser, *stand_ins, *cancelled, *(name for name in sized if name not in needed)}
     idle = tuple(e for e in sure if e.effect in refuted)
     regained = tuple(
-        replace(e, is_sure=True, is_cancelled=False)
+        replace(e, is_sure=True, is_cancelled=False, is_unasked=False)
         for e in doubtful
-        if e.effect in needed and e.is_steady and e.effect not in refuted
+        if e.effect in needed
+        and (e.is_steady or e.effect in explaining)
+        and e.effect not in refuted
     )
     back = {effect.effect for effect in regained}
     return (

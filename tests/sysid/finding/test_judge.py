@@ -12,6 +12,7 @@ from pendulum_sysid.finding.judge import (
     compute_distance,
     compute_lead,
     count_parameters,
+    explains_most,
     is_needed,
     is_outdone,
 )
@@ -55,6 +56,23 @@ def test_beside_a_perfect_fit_every_sure_lead_outdoes_a_rival() -> None:
     at_noise = make_errors(2, size=0.6)
     assert is_outdone(make_fit(1.4 * at_noise), make_fit(at_noise))
     assert not is_outdone(make_fit(at_noise), make_fit(at_noise))
+
+
+def test_a_channel_without_errors_outdoes_no_rival() -> None:
+    """A best fit that leaves nothing there is not ahead of a rival that leaves nothing there."""
+    off = make_errors(2) * [1.0, 0.2]
+    best, near, far = make_fit(off), make_fit(1.4 * off), make_fit(off * [1.0, 10.0])
+    assert compute_lead(best, near).is_real and not is_outdone(near, best)
+    assert is_outdone(far, best)
+
+
+def test_a_fit_explains_most_if_a_simpler_fit_leaves_twice_as_much_beyond_the_noise() -> None:
+    off, at_noise = make_errors(2), make_errors(2, size=0.6)
+    assert explains_most(make_fit(off), make_fit(2.5 * off))
+    assert not explains_most(make_fit(off), make_fit(1.4 * off))
+    assert not explains_most(make_fit(2.5 * off), make_fit(off))
+    assert explains_most(make_fit(at_noise), make_fit(off))
+    assert not explains_most(make_fit(at_noise), make_fit(1.4 * at_noise))
 
 
 def test_an_equal_fit_does_not_lead() -> None:

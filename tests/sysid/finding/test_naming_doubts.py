@@ -2,10 +2,12 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from support.made_recordings import INTECO
 
 from pendulum_sysid.finding import naming
+from pendulum_sysid.finding.environments import Steadiness
 from pendulum_sysid.finding.judge import Lead, compute_distance, is_surely_there
 from pendulum_sysid.finding.naming import Named, doubt_intervals, part_sure_names
 from pendulum_sysid.finding.propose import Proposal
@@ -47,6 +49,32 @@ def test_an_interval_that_nothing_widens_is_not_doubted() -> None:
     best = make_fit(AT_NOISE, TIED)
     (named,) = doubt_intervals(best, best, [Named("rail_tilt", Lead(1.1, 9.0))], SCALES)
     assert named.is_lasting
+
+
+@pytest.mark.parametrize(
+    ("name", "misfit", "most", "lasting"),
+    [
+        ("coarse_command", ABOVE, False, False),
+        ("coarse_command", ABOVE, True, True),
+        ("coarse_command", AT_NOISE, False, True),
+        ("rail_tilt", ABOVE, False, True),
+        ("encoder_slip", ABOVE, False, True),
+        ("cart_sign_inverted", ABOVE, False, True),
+    ],
+)
+def test_above_the_noise_an_effect_that_no_environment_tells_has_to_explain_most(
+    monkeypatch: pytest.MonkeyPatch, name: str, misfit: float, most: bool, lasting: bool
+) -> None:
+    """Two swing-ups of the Quanser rig had two steps of the command, beside much that is left."""
+    steady = Steadiness(np.ones(9), np.full(9, 0.05))
+    monkeypatch.setattr(naming, "replicate_effects", lambda *about: {})
+    monkeypatch.setattr(naming, "measure_steadiness", lambda *about: {"rail_tilt": steady})
+    monkeypatch.setattr(naming, "list_cancelled", lambda *about: frozenset())
+    monkeypatch.setattr(naming, "weigh_effect", lambda *about: 1.0)
+    search, best = SimpleNamespace(case=None, split=None), make_fit(misfit, {}, (name,))
+    effects = [Named(name, Lead(1.2, 9.0), explains_most=most)]
+    (named,) = naming.add_replications(search, best, effects, ())  # type: ignore[arg-type]
+    assert named.is_lasting is lasting
 
 
 def test_a_rival_whose_fit_ends_on_its_way_begins_again(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -102,11 +130,41 @@ def test_what_does_as_well_is_asked_what_it_contains(
     monkeypatch.setattr(naming, "is_needed", lambda *about: as_good)
     monkeypatch.setattr(naming, "is_outdone", lambda *about: False)
     monkeypatch.setattr(naming, "compute_lead", lambda *about: SimpleNamespace(is_real=False))
+    monkeypatch.setattr(naming, "explains_most", lambda *about: True)
     journal = SimpleNamespace(note=lambda *about: None)
     search = SimpleNamespace(case=None, split=None, refuted=(), journal=journal)
     named = naming._exchange_and_compare(search, "best", "cart_load_friction")  # type: ignore[arg-type]
     assert asked == ([elastic, plain] if as_good else [elastic])
     assert named.inseparable_from == ((elastic, plain) if as_good else ())
+
+
+@pytest.mark.parametrize(
+    ("leads", "outdone", "steady", "as_good"),
+    [
+        (False, False, None, True),
+        (True, False, True, True),
+        (True, False, False, False),
+        (True, False, None, False),
+        (True, True, True, False),
+    ],
+    ids=["level", "behind and steady", "behind and not", "behind without a size", "outdone"],
+)
+def test_a_rival_behind_is_no_tie_unless_it_is_steady(
+    monkeypatch: pytest.MonkeyPatch,
+    leads: bool,
+    outdone: bool,
+    steady: bool | None,
+    as_good: bool,
+) -> None:
+    """Saturations, behind by little, stood beside the friction of the INTECO cart as ties."""
+    asked = {} if steady is None else {"input_saturation": SimpleNamespace(is_steady=steady)}
+    monkeypatch.setattr(naming, "is_needed", lambda *about: True)
+    monkeypatch.setattr(naming, "is_outdone", lambda *about: outdone)
+    monkeypatch.setattr(naming, "compute_lead", lambda *about: SimpleNamespace(is_real=leads))
+    monkeypatch.setattr(naming, "measure_steadiness", lambda *about: asked)
+    search = SimpleNamespace(case=None, split=None)
+    fits = ("other", "best", "less")
+    assert naming._does_as_well(search, *fits, "input_saturation") is as_good  # type: ignore[arg-type]
 
 
 def test_of_several_sizes_one_that_is_surely_there_suffices() -> None:

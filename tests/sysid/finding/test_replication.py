@@ -12,6 +12,7 @@ from pendulum_sysid import decisions
 from pendulum_sysid.finding import replication
 from pendulum_sysid.finding.replication import (
     Replication,
+    bound_sizes,
     compute_spreads,
     divide_recordings,
     estimate_blocks,
@@ -26,7 +27,7 @@ from pendulum_sysid.fitting.noise_floor import is_at_noise, measure_noise_floor
 from pendulum_sysid.fitting.parameters import hold_constants, list_free_parameters
 from pendulum_sysid.planning.aims import list_narrowings
 from pendulum_sysid.prepare import Prepared, prepare
-from pendulum_sysid.records import Fit, Recording
+from pendulum_sysid.records import Estimate, Fit, Recording
 from pendulum_twin.parameter_vector import SLOTS, make_theta
 
 FRICTION = "cart_coulomb_friction"
@@ -232,6 +233,26 @@ def test_joined_intervals_hold_those_of_both_fits() -> None:
     assert joined[name] == wide
     assert all(joined[n] == e for n, e in fitted.estimates.items() if n != name)
     assert join_intervals(fitted, other, ["cart_viscous_n_s_m", "none"]) == fitted
+
+
+@pytest.mark.parametrize(
+    ("own", "told", "bounded"),
+    [((0.38, 0.42), (0.0, 0.9), (0.2, 0.6)), ((0.1, 0.7), (0.0, 0.9), (0.1, 0.7)),
+     ((0.38, 0.42), (0.3, 0.5), (0.3, 0.5))],
+    ids=["by its steadiness", "by its own interval", "better than steady"],
+)  # fmt: skip
+def test_a_steady_size_is_known_to_half(
+    own: tuple[float, float], told: tuple[float, float], bounded: tuple[float, float]
+) -> None:
+    _, fitted = fit_friction((), 5)
+    name = "cart_coulomb_friction.level_n"
+
+    def tell(low: float, high: float) -> Fit:
+        return replace(fitted, estimates={name: Estimate(0.4, low, high)})
+
+    size = bound_sizes(tell(*told), tell(*own), [FRICTION]).estimates[name]
+    assert (size.low, size.high) == pytest.approx(bounded)
+    assert bound_sizes(tell(*told), tell(*own), []) == tell(*told)
 
 
 @pytest.mark.parametrize("drag", ["cart_quadratic_drag"])

@@ -125,12 +125,25 @@ def is_outdone(rival: Fit, best: Fit) -> bool:
     """
     if not compute_lead(best, rival).is_real:
         return False
-    if best.choose <= decisions.MISFIT_AT_NOISE:
-        return True
-    left, left_by_best = (
-        np.maximum(_compute_misfits(fit) ** 2 - 1.0, 0.0) for fit in (rival, best)
-    )
-    return bool(np.any(left >= decisions.RIVAL_REST_RATIO**2 * left_by_best))
+    return best.choose <= decisions.MISFIT_AT_NOISE or _leaves_more(rival, best)
+
+
+def explains_most(rich: Fit, simple: Fit) -> bool:
+    """Return whether a fit is surely ahead, and leaves little of what a simpler fit leaves.
+
+    In a channel the simpler fit leaves RIVAL_REST_RATIO times as much, by amplitude.
+    """
+    return compute_lead(rich, simple).is_real and _leaves_more(simple, rich)
+
+
+def _leaves_more(fit: Fit, best: Fit) -> bool:
+    """Return whether a fit leaves RIVAL_REST_RATIO times as much as the best fit in a channel.
+
+    No fit counts as leaving less than a fit that is just at the noise.
+    """
+    left, left_by_best = (_compute_misfits(fit) ** 2 - 1.0 for fit in (fit, best))
+    least = np.maximum(left_by_best, decisions.MISFIT_AT_NOISE**2 - 1.0)
+    return bool(np.any(left >= decisions.RIVAL_REST_RATIO**2 * least))
 
 
 def judge_over_whole_windows(case: Case, split: Split, fit: Fit) -> Fit:

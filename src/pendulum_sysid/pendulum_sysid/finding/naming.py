@@ -15,6 +15,7 @@ from pendulum_sysid.finding.journal import Search
 from pendulum_sysid.finding.judge import (
     Lead,
     compute_lead,
+    explains_most,
     is_needed,
     is_outdone,
     is_surely_there,
@@ -51,6 +52,9 @@ class Named:
         effect.
     is_of_pole: True where the pole steadily shows the effect by itself.
     is_rounding: True where the effect is no more than how the pole's encoder rounds.
+    explains_most: whether the fit without the effect leaves far more errors (`explains_most`).
+    is_unasked: True where the fit leaves more than noise, and no environment can tell the effect's
+        size: a limit, a step.
     rivals: fits with another effect in its place that do as well.
     """
 
@@ -64,6 +68,8 @@ class Named:
     is_cancelled: bool = False
     is_of_pole: bool = False
     is_rounding: bool = False
+    explains_most: bool = False
+    is_unasked: bool = False
     rivals: tuple[Fit, ...] = field(default=(), compare=False, repr=False)
 
     @property
@@ -75,7 +81,8 @@ class Named:
         lasting = self.replication is None or self.replication.is_lasting
         contradicted = self.steadiness is not None and self.steadiness.is_contradicted
         believed = self.weight is None or self.weight >= decisions.NAME_LEAST_WEIGHT
-        whole = self.is_sure and not (self.is_cancelled or self.is_rounding)
+        slight = self.is_unasked and not self.explains_most
+        whole = self.is_sure and not (self.is_cancelled or self.is_rounding or slight)
         return whole and lasting and not contradicted and believed
 
     @property
@@ -130,8 +137,13 @@ def _exchange_and_compare(search: Search, best: Fit, name: str) -> Named:
             refitted += [o for o in others if o.effect in simpler and o not in refitted]
         verdict = "as good as" if as_good else "worse than"
         search.journal.note(other, f"{verdict} {name} in its place")
-    lead = compute_lead(best, less)
-    return Named(name, lead, tuple(inseparable), rivals=tuple(rivals))
+    return Named(
+        name,
+        compute_lead(best, less),
+        tuple(inseparable),
+        explains_most=explains_most(best, less),
+        rivals=tuple(rivals),
+    )
 
 
 def _does_as_well(search: Search, other: Fit, best: Fit, less: Fit, rival: str) -> bool:
@@ -191,7 +203,8 @@ def add_replications(
     """Return the names with how often each is found again, and how much it is believed.
 
     A fit above the noise lacks something, and a name may stand for what it lacks: its size is
-    asked in environments, too, and whether other effects nearly cancel the name.
+    asked in environments, too, and whether other effects nearly cancel the name. A name that has
+    no such size has to explain most of the errors.
     """
     replications = replicate_effects(search.case, search.split, best)
     above = best.choose > decisions.MISFIT_AT_NOISE
@@ -204,9 +217,15 @@ def add_replications(
             steadiness=steadiness.get(effect.effect),
             weight=weigh_effect(sets, effect.effect, effect.inseparable_from),
             is_cancelled=effect.effect in cancelled,
+            is_unasked=above and effect.effect not in steadiness and lasts(effect.effect),
         )
         for effect in named
     )
+
+
+def lasts(effect: str) -> bool:
+    """Return whether an effect acts all the time, as much as its parameters say."""
+    return not (BY_NAME[effect].is_switch or BY_NAME[effect].of_recording)
 
 
 def doubt_intervals(

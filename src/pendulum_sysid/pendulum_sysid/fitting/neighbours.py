@@ -74,13 +74,15 @@ def run_neighbours(
 def list_neighbours(theta: Floats, free: tuple[Free, ...]) -> tuple[Floats, Floats]:
     """Return theta and its neighbours along each parameter, and each parameter's size / step.
 
-    Shapes (1 + parameters, SIZE) and (parameters,).
+    Shapes (1 + parameters, SIZE) and (parameters,). Where runs jump with a parameter, a small step
+    may lie between two jumps: it changes runs as another parameter does, or not at all. The step
+    is as wide as a fit can tell the parameter.
     """
     sets = np.repeat(theta[None], 1 + len(free), axis=0)
     scale = np.empty(len(free))
     for k, parameter in enumerate(free):
         value = parameter.get(theta)
-        step = STEP * parameter.size
+        step = max(STEP * parameter.size, parameter.jumps * abs(value))
         step = step if value + step <= parameter.high else -step
         parameter.put(sets[k + 1], value + step)
         scale[k] = parameter.size / step

@@ -50,6 +50,7 @@ class Free:
         infinite spread for a value that is a mere guess.
     acts: (samples,) where the value may act; runs that keep away from there do not depend on it.
         None for everywhere.
+    jumps: share of the value to which a fit tells it, because runs jump with it.
     """
 
     name: str
@@ -63,6 +64,7 @@ class Free:
     believed: float = 0.0
     spread: float = np.inf
     acts: Mask | None = field(default=None, compare=False, repr=False)
+    jumps: float = 0.0
 
     @property
     def belief(self) -> float:
@@ -230,6 +232,7 @@ def list_effect_parameters(effect: Effect, scales: Scales) -> tuple[Free, ...]:
             min(p.high, p.most * compute_size(p, scales)),
             compute_size(p, scales) * max((abs(probe) for probe in p.probes), default=1.0)
             or compute_size(p, scales),
+            jumps=p.jumps,
         )
         for k, p in enumerate(effect.parameters)
         if not p.located

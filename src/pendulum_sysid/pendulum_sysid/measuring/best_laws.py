@@ -56,7 +56,7 @@ def measure_best_laws(
     tried = replace(case, step_s=decisions.SEARCH_STEP_S)
     last = begin_without_laws(tried, split, starts.fits[-1])
     best = measure_from_starts(tried, split, starts, last, report)
-    if best is None or not compute_lead(best.named[0], last.fit).is_real:
+    if best is None:
         return None
     if not best.is_at_noise:
         best = add_small_laws(best, report)
@@ -94,12 +94,18 @@ def measure_from_starts(
 def _measure_from(
     case: Case, split: Split, start: Fit, last: LawFit, report: Progress
 ) -> Measured | None:
-    """Return the fit with measured laws from a start; None where no law helps."""
+    """Return the fit with measured laws from a start; None where no law helps.
+
+    The laws help where the fit is really ahead of the last of the starts.
+    """
     effects, best = start.effects, last.fit
     alike = effects == best.effects
     begun = last if alike else fit_without_laws(case, split, start, best.pieces)
     stood_for = {BY_NAME[name].law_kind for name in {*best.effects}.difference(effects)}
-    return measure_laws(case, split, begun, report, best.choose, frozenset(stood_for))
+    measured = measure_laws(case, split, begun, report, best.choose, frozenset(stood_for))
+    if measured is None or not compute_lead(measured.named[0], best).is_real:
+        return None
+    return measured
 
 
 def is_better(
