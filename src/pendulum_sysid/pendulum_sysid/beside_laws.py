@@ -19,12 +19,12 @@ from pendulum_sysid.finding.localisation.shape_check import (
 from pendulum_sysid.finding.naming import (
     Named,
     add_readings,
+    is_lasting_effect,
     is_left_parts,
-    lasts,
     list_doubted,
     part_sure_names,
 )
-from pendulum_sysid.finding.replication import bound_sizes, join_intervals, widen_intervals
+from pendulum_sysid.finding.replication import join_intervals, limit_sizes, widen_intervals
 from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.finding.whole_windows import measure_whole_windows
 from pendulum_sysid.fitting.noise_floor import is_at_noise, measure_noise_floor
@@ -115,10 +115,10 @@ def add_laws(findings: Findings, split: Split, measured: Measured) -> Findings:
     fit, at_noise = widen_intervals(case, split, fit), is_at_noise(case, split, fit, floor)
     steady = measure_steadiness(case, split, fit)
     explaining = find_explaining(findings, measured, fit, steady)
-    told = join_intervals(fit, findings.best, list_doubtful_sizes(measured, at_noise))
-    bounded = bound_sizes(told, fit, explaining)
+    joined = join_intervals(fit, findings.best, list_doubtful_sizes(measured, at_noise))
+    bounded = limit_sizes(joined, fit, explaining)
     sure, perhaps, needed = ask_names_again(findings, measured, bounded, steady, explaining)
-    fit = bound_sizes(told, fit, explaining.keys() & {effect.effect for effect in sure})
+    fit = limit_sizes(joined, fit, explaining.keys() & {effect.effect for effect in sure})
     wrong_shapes = ask_shapes_again(findings, fit, sure, needed, measured.kinds)
     fit, sure = add_readings(case, fit, sure)
     improved = replace(case, twin=fit.twin)
@@ -172,7 +172,7 @@ def find_explaining(
         if not effect.is_rounding and not is_part_of_law(measured, effect.effect)
     ]
     changing = {name for name, steadiness in steady.items() if not steadiness.is_steady}
-    lasting = [name for name in doubted if lasts(name) and name not in changing]
+    lasting = [name for name in doubted if is_lasting_effect(name) and name not in changing]
     return list_explaining(measured, fit, lasting)
 
 

@@ -12,7 +12,7 @@ from pendulum_sysid.finding.judge import (
     compute_distance,
     compute_lead,
     count_parameters,
-    explains_most,
+    is_most_explained,
     is_needed,
     is_outdone,
 )
@@ -68,11 +68,11 @@ def test_a_channel_without_errors_outdoes_no_rival() -> None:
 
 def test_a_fit_explains_most_if_a_simpler_fit_leaves_twice_as_much_beyond_the_noise() -> None:
     off, at_noise = make_errors(2), make_errors(2, size=0.6)
-    assert explains_most(make_fit(off), make_fit(2.5 * off))
-    assert not explains_most(make_fit(off), make_fit(1.4 * off))
-    assert not explains_most(make_fit(2.5 * off), make_fit(off))
-    assert explains_most(make_fit(at_noise), make_fit(off))
-    assert not explains_most(make_fit(at_noise), make_fit(1.4 * at_noise))
+    assert is_most_explained(make_fit(off), make_fit(2.5 * off))
+    assert not is_most_explained(make_fit(off), make_fit(1.4 * off))
+    assert not is_most_explained(make_fit(2.5 * off), make_fit(off))
+    assert is_most_explained(make_fit(at_noise), make_fit(off))
+    assert not is_most_explained(make_fit(at_noise), make_fit(1.4 * at_noise))
 
 
 def test_an_equal_fit_does_not_lead() -> None:

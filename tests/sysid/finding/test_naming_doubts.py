@@ -130,7 +130,7 @@ def test_what_does_as_well_is_asked_what_it_contains(
     monkeypatch.setattr(naming, "is_needed", lambda *about: as_good)
     monkeypatch.setattr(naming, "is_outdone", lambda *about: False)
     monkeypatch.setattr(naming, "compute_lead", lambda *about: SimpleNamespace(is_real=False))
-    monkeypatch.setattr(naming, "explains_most", lambda *about: True)
+    monkeypatch.setattr(naming, "is_most_explained", lambda *about: True)
     journal = SimpleNamespace(note=lambda *about: None)
     search = SimpleNamespace(case=None, split=None, refuted=(), journal=journal)
     named = naming._exchange_and_compare(search, "best", "cart_load_friction")  # type: ignore[arg-type]

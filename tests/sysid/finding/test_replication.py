@@ -12,12 +12,12 @@ from pendulum_sysid import decisions
 from pendulum_sysid.finding import replication
 from pendulum_sysid.finding.replication import (
     Replication,
-    bound_sizes,
     compute_spreads,
     divide_recordings,
     estimate_blocks,
     group_recordings,
     join_intervals,
+    limit_sizes,
     replicate_effects,
     widen_intervals,
 )
@@ -250,9 +250,9 @@ def test_a_steady_size_is_known_to_half(
     def tell(low: float, high: float) -> Fit:
         return replace(fitted, estimates={name: Estimate(0.4, low, high)})
 
-    size = bound_sizes(tell(*told), tell(*own), [FRICTION]).estimates[name]
+    size = limit_sizes(tell(*told), tell(*own), [FRICTION]).estimates[name]
     assert (size.low, size.high) == pytest.approx(bounded)
-    assert bound_sizes(tell(*told), tell(*own), []) == tell(*told)
+    assert limit_sizes(tell(*told), tell(*own), []) == tell(*told)
 
 
 @pytest.mark.parametrize("drag", ["cart_quadratic_drag"])

@@ -125,18 +125,18 @@ def is_outdone(rival: Fit, best: Fit) -> bool:
     """
     if not compute_lead(best, rival).is_real:
         return False
-    return best.choose <= decisions.MISFIT_AT_NOISE or _leaves_more(rival, best)
+    return best.choose <= decisions.MISFIT_AT_NOISE or _has_larger_rest(rival, best)
 
 
-def explains_most(rich: Fit, simple: Fit) -> bool:
+def is_most_explained(rich: Fit, simple: Fit) -> bool:
     """Return whether a fit is surely ahead, and leaves little of what a simpler fit leaves.
 
     In a channel the simpler fit leaves RIVAL_REST_RATIO times as much, by amplitude.
     """
-    return compute_lead(rich, simple).is_real and _leaves_more(simple, rich)
+    return compute_lead(rich, simple).is_real and _has_larger_rest(simple, rich)
 
 
-def _leaves_more(fit: Fit, best: Fit) -> bool:
+def _has_larger_rest(fit: Fit, best: Fit) -> bool:
     """Return whether a fit leaves RIVAL_REST_RATIO times as much as the best fit in a channel.
 
     No fit counts as leaving less than a fit that is just at the noise.

@@ -15,7 +15,7 @@ from pendulum_sysid.finding.journal import Search
 from pendulum_sysid.finding.judge import (
     Lead,
     compute_lead,
-    explains_most,
+    is_most_explained,
     is_needed,
     is_outdone,
     is_surely_there,
@@ -52,7 +52,7 @@ class Named:
         effect.
     is_of_pole: True where the pole steadily shows the effect by itself.
     is_rounding: True where the effect is no more than how the pole's encoder rounds.
-    explains_most: whether the fit without the effect leaves far more errors (`explains_most`).
+    explains_most: whether the fit without the effect leaves far more errors (`is_most_explained`).
     is_unasked: True where the fit leaves more than noise, and no environment can tell the effect's
         size: a limit, a step.
     rivals: fits with another effect in its place that do as well.
@@ -141,7 +141,7 @@ def _exchange_and_compare(search: Search, best: Fit, name: str) -> Named:
         name,
         compute_lead(best, less),
         tuple(inseparable),
-        explains_most=explains_most(best, less),
+        explains_most=is_most_explained(best, less),
         rivals=tuple(rivals),
     )
 
@@ -217,13 +217,15 @@ def add_replications(
             steadiness=steadiness.get(effect.effect),
             weight=weigh_effect(sets, effect.effect, effect.inseparable_from),
             is_cancelled=effect.effect in cancelled,
-            is_unasked=above and effect.effect not in steadiness and lasts(effect.effect),
+            is_unasked=above
+            and effect.effect not in steadiness
+            and is_lasting_effect(effect.effect),
         )
         for effect in named
     )
 
 
-def lasts(effect: str) -> bool:
+def is_lasting_effect(effect: str) -> bool:
     """Return whether an effect acts all the time, as much as its parameters say."""
     return not (BY_NAME[effect].is_switch or BY_NAME[effect].of_recording)
 

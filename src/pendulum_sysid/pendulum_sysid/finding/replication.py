@@ -255,7 +255,7 @@ def join_intervals(fit: Fit, other: Fit, names: Collection[str]) -> Fit:
     return replace(fit, estimates={**fit.estimates, **joined})
 
 
-def bound_sizes(fit: Fit, known: Fit, names: Collection[str]) -> Fit:
+def limit_sizes(fit: Fit, known: Fit, names: Collection[str]) -> Fit:
     """Return a fit with sizes of steady effects known as well as their steadiness tells them.
 
     An effect is steady where each environment has its size within STEADY_SHARE of it: the interval
@@ -266,12 +266,12 @@ def bound_sizes(fit: Fit, known: Fit, names: Collection[str]) -> Fit:
     """
     bounded = {}
     for key in (f"{name}.{p.name}" for name in names for p in BY_NAME[name].sizes):
-        own, told = known.estimates[key], fit.estimates[key]
+        own, wide = known.estimates[key], fit.estimates[key]
         half = (1.0 - decisions.STEADY_SHARE) * abs(own.value)
         bounded[key] = replace(
-            told,
-            low=max(told.low, min(own.low, own.value - half)),
-            high=min(told.high, max(own.high, own.value + half)),
+            wide,
+            low=max(wide.low, min(own.low, own.value - half)),
+            high=min(wide.high, max(own.high, own.value + half)),
         )
     return replace(fit, estimates={**fit.estimates, **bounded})
 
