@@ -196,10 +196,19 @@ def test_an_effect_that_laws_make_sure_is_a_name(
         (make_named(), 0.4, False, False),
         (make_named(), 1.0, True, False),
         (replace(make_named(), effect="coarse_command"), 0.4, False, True),
+        (replace(make_named(weight=0.1), effect="coarse_command"), 1.0, False, False),
         (replace(make_named(), effect="encoder_slip"), 1.0, False, False),
         (replace(make_named(), is_rounding=True), 1.0, False, False),
     ],
-    ids=["steady", "not steady", "of a law", "without a size", "of one instant", "rounding"],
+    ids=[
+        "steady",
+        "not steady",
+        "of a law",
+        "no size",
+        "unbelieved",
+        "of an instant",
+        "rounding",
+    ],
 )
 def test_effects_that_are_the_same_everywhere_are_asked_what_they_explain(
     monkeypatch: pytest.MonkeyPatch, doubted: Named, shares: float, part: bool, asked: bool
@@ -213,6 +222,22 @@ def test_effects_that_are_the_same_everywhere_are_asked_what_they_explain(
     findings = SimpleNamespace(perhaps=(doubted,))
     explaining = find_explaining(findings, None, None, {"friction_warming": steadiness})
     assert list(explaining) == [doubted.effect] * asked
+
+
+def test_an_effect_without_a_size_that_explains_most_is_a_name(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    step = replace(make_named(), effect="coarse_command", is_sure=True, lacks_size=True)
+    stand_in_for_laws(monkeypatch, is_part_of_law=lambda measured, name: False)
+    monkeypatch.setattr(naming, "is_surely_there", lambda *about: True)
+    findings = SimpleNamespace(case=SimpleNamespace(scales={}), named=(), perhaps=(step,))
+    fit = SimpleNamespace(effects=(step.effect,), twin=None, choose=2.0)
+    names, perhaps, needed = ask_names_again(findings, SimpleNamespace(), fit, {}, {})
+    assert (names, perhaps, needed) == ((), (step,), (step.effect,))
+    explaining = {step.effect: None}
+    names, perhaps, _ = ask_names_again(findings, SimpleNamespace(), fit, {}, explaining)
+    assert [effect.effect for effect in names] == [step.effect] and not perhaps
+    assert all(effect.is_lasting for effect in names)
 
 
 def run_at(score: float) -> dict[str, object]:

@@ -8,7 +8,7 @@ another number, or statistics) or measured (in a test or study). Others: chosen 
 LEAD_STANDARD_ERRORS = 2.0  # standard errors; half of APART_STANDARD_ERRORS; derived
 LEAD_MISFIT_RATIO = 1.005  # ratio; of misfits: half a per cent is worth no name
 LEAD_SHARE_OF_REST = 0.5  # of power; left beyond the noise, that a richer twin must gain
-RIVAL_REST_RATIO = 2.0  # ratio; of amplitudes left, by which a rival is outdone; measured
+RIVAL_REST_RATIO = 2.0  # ratio; of amplitudes left: a rival is outdone, an effect explains most
 LIKELIHOOD_GAIN_NATS = 20.0  # nats; an effect in few windows; encoder noise is not white
 LIKELIHOOD_MISFIT_RATIO = 1.01  # ratio; ... and at least this factor of misfit
 MISFIT_AT_NOISE = 1.1  # noise; up to it errors are the sensors'; perfect models end at 0.9 to 1

@@ -72,6 +72,8 @@ def test_a_fit_explains_most_if_a_simpler_fit_leaves_twice_as_much_beyond_the_no
     assert not is_most_explained(make_fit(off), make_fit(1.4 * off))
     assert not is_most_explained(make_fit(2.5 * off), make_fit(off))
     assert is_most_explained(make_fit(at_noise), make_fit(off))
+    little_of_all = make_fit(off * [0.2, 5.0]), make_fit(off * [0.6, 5.0])
+    assert compute_lead(*little_of_all).is_real and not is_most_explained(*little_of_all)
     assert not is_most_explained(make_fit(at_noise), make_fit(1.4 * at_noise))
 
 

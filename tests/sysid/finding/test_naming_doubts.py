@@ -136,6 +136,7 @@ def test_what_does_as_well_is_asked_what_it_contains(
     named = naming._exchange_and_compare(search, "best", "cart_load_friction")  # type: ignore[arg-type]
     assert asked == ([elastic, plain] if as_good else [elastic])
     assert named.inseparable_from == ((elastic, plain) if as_good else ())
+    assert named.explains_most
 
 
 @pytest.mark.parametrize(

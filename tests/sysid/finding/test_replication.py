@@ -244,15 +244,33 @@ def test_joined_intervals_hold_those_of_both_fits() -> None:
 def test_a_steady_size_is_known_to_half(
     own: tuple[float, float], told: tuple[float, float], bounded: tuple[float, float]
 ) -> None:
-    _, fitted = fit_friction((), 5)
+    prepared, fitted = fit_friction((), 5)
+    theta, scales = fitted.theta.copy(), prepared.case.scales
+    theta[SLOTS[FRICTION]] = 0.4
     name = "cart_coulomb_friction.level_n"
 
     def tell(low: float, high: float) -> Fit:
-        return replace(fitted, estimates={name: Estimate(0.4, low, high)})
+        return replace(fitted, theta=theta, estimates={name: Estimate(0.4, low, high)})
 
-    size = limit_sizes(tell(*told), tell(*own), [FRICTION]).estimates[name]
+    size = limit_sizes(tell(*told), tell(*own), [FRICTION], scales).estimates[name]
     assert (size.low, size.high) == pytest.approx(bounded)
-    assert limit_sizes(tell(*told), tell(*own), []) == tell(*told)
+    assert limit_sizes(tell(*told), tell(*own), [], scales) == tell(*told)
+
+
+def test_the_sizes_of_an_effect_are_steady_together() -> None:
+    """Environments do not tell a sine of 0 beside a cosine of 0.04 rad."""
+    prepared, fitted = fit_friction((), 5)
+    theta = fitted.theta.copy()
+    theta[SLOTS["eccentric_encoder"]] = 0.0, 0.04
+    names = ("eccentric_encoder.sine_rad", "eccentric_encoder.cosine_rad")
+    own = {
+        name: Estimate(v, v - 0.001, v + 0.001) for name, v in zip(names, (0.0, 0.04), strict=True)
+    }
+    wide = {name: replace(e, low=-1.0, high=1.0) for name, e in own.items()}
+    joined, narrow = (replace(fitted, theta=theta, estimates=e) for e in (wide, own))
+    limited = limit_sizes(joined, narrow, ["eccentric_encoder"], prepared.case.scales).estimates
+    assert [limited[n].low for n in names] == pytest.approx([-0.02, 0.02])
+    assert [limited[n].high for n in names] == pytest.approx([0.02, 0.06])
 
 
 @pytest.mark.parametrize("drag", ["cart_quadratic_drag"])

@@ -117,6 +117,17 @@ def test_laws_begin_without_effects_that_may_be_there_where_no_law_helps(
         assert measured.effects == (fewer.effects if is_taken else both.effects)
 
 
+@pytest.mark.parametrize(("factor", "helps"), [(1.0, False), (0.3, True)])
+def test_laws_that_bring_a_twin_no_further_do_not_help(monkeypatch, factor, helps):
+    """Laws beside four doubtful effects gained nothing, and none were begun without the four."""
+    off = make_errors(1)
+    measured = SimpleNamespace(named=(make_fit(factor * off), ()))
+    monkeypatch.setattr(best_laws, "measure_laws", lambda *about: measured)
+    start, last = SimpleNamespace(effects=()), SimpleNamespace(fit=make_fit(off))
+    result = best_laws._measure_from(None, None, start, last, lambda line: None)
+    assert result is (measured if helps else None)
+
+
 def test_laws_begin_from_the_same_effects_once(monkeypatch):
     bare, both = (SimpleNamespace(effects=effects) for effects in ((), ("rail_spring",)))
     begun = []

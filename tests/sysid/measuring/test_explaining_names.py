@@ -1,5 +1,6 @@
 """An effect that explains most of what the laws leave without it is asked as a name."""
 
+import functools
 from dataclasses import replace
 
 import numpy as np
@@ -23,6 +24,7 @@ RATES = np.linspace(-18.0, 18.0, 61)
 DRAG = {"cart_drag_by_pole_rate": Law(tuple(RATES), tuple(0.4 * np.abs(RATES)))}
 
 
+@functools.cache
 def measure_beside(effect: str, size: float) -> Measured:
     """Return the laws of a rig with a drag without a name, beside an effect."""
     others = {p.name: 0.05 for p in BY_NAME[effect].parameters if p.shape}

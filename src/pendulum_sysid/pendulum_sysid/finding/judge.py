@@ -13,7 +13,7 @@ from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.gauss_newton import refine_start_states
 from pendulum_sysid.fitting.parameters import Free, Scales, list_effect_parameters
 from pendulum_sysid.records import Estimate, Fit, Split
-from pendulum_twin.arrays import Floats
+from pendulum_twin.arrays import Floats, Mask
 from pendulum_twin.effects import BY_NAME
 from pendulum_twin.effects.effect import Parameter
 
@@ -125,25 +125,27 @@ def is_outdone(rival: Fit, best: Fit) -> bool:
     """
     if not compute_lead(best, rival).is_real:
         return False
-    return best.choose <= decisions.MISFIT_AT_NOISE or _has_larger_rest(rival, best)
+    return best.choose <= decisions.MISFIT_AT_NOISE or bool(np.any(_has_larger_rest(rival, best)))
 
 
 def is_most_explained(rich: Fit, simple: Fit) -> bool:
     """Return whether a fit is surely ahead, and leaves little of what a simpler fit leaves.
 
-    In a channel the simpler fit leaves RIVAL_REST_RATIO times as much, by amplitude.
+    The channel in which the simpler fit leaves most decides (`_has_larger_rest`).
     """
-    return compute_lead(rich, simple).is_real and _has_larger_rest(simple, rich)
+    most = int(np.argmax(_compute_misfits(simple)))
+    return compute_lead(rich, simple).is_real and bool(_has_larger_rest(simple, rich)[most])
 
 
-def _has_larger_rest(fit: Fit, best: Fit) -> bool:
-    """Return whether a fit leaves RIVAL_REST_RATIO times as much as the best fit in a channel.
+def _has_larger_rest(fit: Fit, other: Fit) -> Mask:
+    """Return in which channels, (channels,), a fit leaves RIVAL_REST_RATIO times as much.
 
-    No fit counts as leaving less than a fit that is just at the noise.
+    By the amplitude beyond the noise. No fit counts as leaving less than a fit that is just at the
+    noise.
     """
-    left, left_by_best = (_compute_misfits(fit) ** 2 - 1.0 for fit in (fit, best))
-    least = np.maximum(left_by_best, decisions.MISFIT_AT_NOISE**2 - 1.0)
-    return bool(np.any(left >= decisions.RIVAL_REST_RATIO**2 * least))
+    left, left_by_other = (_compute_misfits(f) ** 2 - 1.0 for f in (fit, other))
+    least = np.maximum(left_by_other, decisions.MISFIT_AT_NOISE**2 - 1.0)
+    return np.asarray(left >= decisions.RIVAL_REST_RATIO**2 * least)
 
 
 def judge_over_whole_windows(case: Case, split: Split, fit: Fit) -> Fit:

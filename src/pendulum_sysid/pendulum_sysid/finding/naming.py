@@ -53,8 +53,8 @@ class Named:
     is_of_pole: True where the pole steadily shows the effect by itself.
     is_rounding: True where the effect is no more than how the pole's encoder rounds.
     explains_most: whether the fit without the effect leaves far more errors (`is_most_explained`).
-    is_unasked: True where the fit leaves more than noise, and no environment can tell the effect's
-        size: a limit, a step.
+    lacks_size: True where the fit leaves more than noise, and the effect has no size to be asked
+        for in environments: a limit, a step.
     rivals: fits with another effect in its place that do as well.
     """
 
@@ -69,7 +69,7 @@ class Named:
     is_of_pole: bool = False
     is_rounding: bool = False
     explains_most: bool = False
-    is_unasked: bool = False
+    lacks_size: bool = False
     rivals: tuple[Fit, ...] = field(default=(), compare=False, repr=False)
 
     @property
@@ -81,7 +81,7 @@ class Named:
         lasting = self.replication is None or self.replication.is_lasting
         contradicted = self.steadiness is not None and self.steadiness.is_contradicted
         believed = self.weight is None or self.weight >= decisions.NAME_LEAST_WEIGHT
-        slight = self.is_unasked and not self.explains_most
+        slight = self.lacks_size and not self.explains_most
         whole = self.is_sure and not (self.is_cancelled or self.is_rounding or slight)
         return whole and lasting and not contradicted and believed
 
@@ -217,16 +217,16 @@ def add_replications(
             steadiness=steadiness.get(effect.effect),
             weight=weigh_effect(sets, effect.effect, effect.inseparable_from),
             is_cancelled=effect.effect in cancelled,
-            is_unasked=above
+            lacks_size=above
             and effect.effect not in steadiness
-            and is_lasting_effect(effect.effect),
+            and has_parameters_of_rig(effect.effect),
         )
         for effect in named
     )
 
 
-def is_lasting_effect(effect: str) -> bool:
-    """Return whether an effect acts all the time, as much as its parameters say."""
+def has_parameters_of_rig(effect: str) -> bool:
+    """Return whether an effect has parameters, and belongs to the rig, not to one recording."""
     return not (BY_NAME[effect].is_switch or BY_NAME[effect].of_recording)
 
 

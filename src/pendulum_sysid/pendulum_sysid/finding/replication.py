@@ -33,6 +33,7 @@ from pendulum_sysid.fitting.instants import widen_by_errors
 from pendulum_sysid.fitting.linearised import System, linearise
 from pendulum_sysid.fitting.parameters import (
     Free,
+    Scales,
     list_effect_parameters,
     list_free_parameters,
     list_rig_parameters,
@@ -255,25 +256,37 @@ def join_intervals(fit: Fit, other: Fit, names: Collection[str]) -> Fit:
     return replace(fit, estimates={**fit.estimates, **joined})
 
 
-def limit_sizes(fit: Fit, known: Fit, names: Collection[str]) -> Fit:
-    """Return a fit with sizes of steady effects known as well as their steadiness tells them.
+def limit_sizes(fit: Fit, own: Fit, names: Collection[str], scales: Scales) -> Fit:
+    """Return a fit whose intervals hold no size of a steady effect that no environment shows.
 
-    An effect is steady where each environment has its size within STEADY_SHARE of it: the interval
-    reaches no further than that, or than in the other fit.
+    An environment shows an effect's size within STEADY_SHARE of it. All sizes of an effect count
+    together, each in its typical size. The intervals reach no further, unless the fit's own do.
 
-    known: the same fit with narrower intervals.
+    own: the same fit, before its intervals were joined.
     names: of the steady effects.
+    scales: of the recording.
     """
-    bounded = {}
-    for key in (f"{name}.{p.name}" for name in names for p in BY_NAME[name].sizes):
-        own, wide = known.estimates[key], fit.estimates[key]
-        half = (1.0 - decisions.STEADY_SHARE) * abs(own.value)
-        bounded[key] = replace(
-            wide,
-            low=max(wide.low, min(own.low, own.value - half)),
-            high=min(wide.high, max(own.high, own.value + half)),
-        )
-    return replace(fit, estimates={**fit.estimates, **bounded})
+    limited = {}
+    for name in names:
+        sizes = [
+            free
+            for free, p in zip(
+                list_effect_parameters(BY_NAME[name], scales),
+                BY_NAME[name].parameters,
+                strict=True,
+            )
+            if not p.shape
+        ]
+        whole = np.linalg.norm([free.get(fit.theta) / free.size for free in sizes])
+        for free in sizes:
+            mine, joined = own.estimates[free.name], fit.estimates[free.name]
+            half = (1.0 - decisions.STEADY_SHARE) * float(whole) * free.size
+            limited[free.name] = replace(
+                joined,
+                low=max(joined.low, min(mine.low, mine.value - half)),
+                high=min(joined.high, max(mine.high, mine.value + half)),
+            )
+    return replace(fit, estimates={**fit.estimates, **limited})
 
 
 def _widen(estimate: Estimate, free: Free, spread: float) -> Estimate:

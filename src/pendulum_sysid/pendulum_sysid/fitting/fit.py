@@ -18,6 +18,7 @@ from pendulum_sysid.fitting.gauss_newton import (
 )
 from pendulum_sysid.fitting.instants import widen_over_gaps
 from pendulum_sysid.fitting.parameters import (
+    JUMPS,
     Free,
     convert_distance,
     list_free_parameters,
@@ -33,7 +34,6 @@ from pendulum_twin.parameter_vector import SLOTS, make_theta
 from pendulum_twin.signals import Signals
 
 DELAYS = {f"{e.name}.{p.name}": p for e in CATALOGUE for p in e.parameters if p.delays}
-JUMPS = {f"{e.name}.{p.name}": p.jumps for e in CATALOGUE for p in e.parameters if p.jumps}
 HORIZONS = (4, 1)  # pieces of a window: 0.25 s and 1 s
 
 

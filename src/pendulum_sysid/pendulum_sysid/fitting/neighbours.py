@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendulum_sysid.fitting.parameters import Free
+from pendulum_sysid.fitting.parameters import JUMPS, Free
 from pendulum_sysid.fitting.problem import Problem, compute_errors_of_runs, list_varied
 from pendulum_sysid.fitting.windows import list_channels
 from pendulum_sysid.records import Windows
@@ -82,7 +82,7 @@ def list_neighbours(theta: Floats, free: tuple[Free, ...]) -> tuple[Floats, Floa
     scale = np.empty(len(free))
     for k, parameter in enumerate(free):
         value = parameter.get(theta)
-        step = max(STEP * parameter.size, parameter.jumps * abs(value))
+        step = max(STEP * parameter.size, JUMPS.get(parameter.name, 0.0) * abs(value))
         step = step if value + step <= parameter.high else -step
         parameter.put(sets[k + 1], value + step)
         scale[k] = parameter.size / step

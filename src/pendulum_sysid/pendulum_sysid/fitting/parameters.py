@@ -12,7 +12,7 @@ from pendulum_sysid.cleaning.smooth_state import SmoothState
 from pendulum_sysid.errors import WrongUse
 from pendulum_sysid.records import Estimate
 from pendulum_twin.arrays import Floats, Mask
-from pendulum_twin.effects import BY_NAME
+from pendulum_twin.effects import BY_NAME, CATALOGUE
 from pendulum_twin.effects.effect import Effect, Parameter, Scale
 from pendulum_twin.model import Twin
 from pendulum_twin.parameter_vector import (
@@ -37,6 +37,11 @@ MOST_COUPLING_SHARE = 0.9999  # of sqrt(mass * inertia), where the mass matrix b
 Scales = dict[Scale, float]
 
 
+JUMPS = {  # share of its value to which a fit tells a parameter, for runs jump with it
+    f"{e.name}.{p.name}": p.jumps for e in CATALOGUE for p in e.parameters if p.jumps
+}
+
+
 @dataclass(frozen=True)
 class Free:
     """Describe a free parameter of a fit.
@@ -50,7 +55,6 @@ class Free:
         infinite spread for a value that is a mere guess.
     acts: (samples,) where the value may act; runs that keep away from there do not depend on it.
         None for everywhere.
-    jumps: share of the value to which a fit tells it, because runs jump with it.
     """
 
     name: str
@@ -64,7 +68,6 @@ class Free:
     believed: float = 0.0
     spread: float = np.inf
     acts: Mask | None = field(default=None, compare=False, repr=False)
-    jumps: float = 0.0
 
     @property
     def belief(self) -> float:
@@ -232,7 +235,6 @@ def list_effect_parameters(effect: Effect, scales: Scales) -> tuple[Free, ...]:
             min(p.high, p.most * compute_size(p, scales)),
             compute_size(p, scales) * max((abs(probe) for probe in p.probes), default=1.0)
             or compute_size(p, scales),
-            jumps=p.jumps,
         )
         for k, p in enumerate(effect.parameters)
         if not p.located

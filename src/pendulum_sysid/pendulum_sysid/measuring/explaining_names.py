@@ -11,7 +11,7 @@ from pendulum_sysid.measuring.further_law import fit_longer
 from pendulum_sysid.measuring.measure import Measured
 from pendulum_sysid.measuring.names_beside_laws import is_of_kind, leave_out_names, list_sized
 from pendulum_sysid.measuring.penalised_fit import LawFit
-from pendulum_sysid.measuring.ranking import step_to_curves
+from pendulum_sysid.measuring.ranking import rank_curves
 from pendulum_sysid.records import Fit
 
 
@@ -22,7 +22,7 @@ def list_explaining(measured: Measured, fit: Fit, doubted: Sequence[str]) -> dic
     size sure, and no law of the effect's kind does as well in its place.
 
     fit: with laws, and with intervals of its own.
-    doubted: effects that are no names without laws, and the same in every environment beside them.
+    doubted: effects that are no names without laws.
     """
     sized = [
         name
@@ -40,16 +40,17 @@ def list_explaining(measured: Measured, fit: Fit, doubted: Sequence[str]) -> dic
 def _is_ahead_of_law(measured: Measured, name: str, without: LawFit) -> bool:
     """Return whether an effect is really ahead of a law of its kind in its place.
 
-    The law may have any shape: a drag at a place stands for any drag along the rail.
+    The law may have any shape: a drag at a place stands for any drag along the rail. An effect
+    without such a law, as a stretching belt, has no law to be ahead of.
 
     without: the fit with the same laws without the effect.
     """
     case, split = measured.case, measured.split
-    own = [c for c, _ in step_to_curves(case, split, without) if is_of_kind(c.curve, name)]
+    own = [c for c in rank_curves(case, split, without) if is_of_kind(c.curve, name)]
     if not own:
         return True
     try:
         with_law = fit_longer(case, split, without, own[0])
     except np.linalg.LinAlgError:
-        return True
+        return False
     return compute_lead(measured.law_fit.fit, with_law.fit).is_real

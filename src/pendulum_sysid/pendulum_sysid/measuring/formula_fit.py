@@ -61,7 +61,6 @@ class ShapeParameter:
     high: float = np.inf
     belief: float = 0.0
     acts: Mask | None = None
-    jumps: float = 0.0
 
     def compute_pull(self, theta: Floats) -> float:
         """Return 0: nothing is believed of a formula beforehand."""
