@@ -1,5 +1,6 @@
 """Which effects stay beside measured laws, and from which of them laws begin."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,6 +12,7 @@ from pendulum_sysid.measuring import best_laws
 from pendulum_sysid.measuring.best_laws import Starts, is_better, measure_from_starts
 
 WINDOWS = 15
+LAST = SimpleNamespace(fit=SimpleNamespace(choose=9.0, effects=()))
 CALM, WILD = np.full(WINDOWS, 1.0), np.where(np.arange(WINDOWS) % 2, 1.3, 0.8)
 
 
@@ -108,8 +110,9 @@ def test_laws_begin_without_effects_that_may_be_there_where_no_law_helps(
         return make_judged(end * CALM, end <= decisions.MISFIT_AT_NOISE, 2, start.effects)
 
     monkeypatch.setattr(best_laws, "_measure_from", measure)
+    monkeypatch.setattr(best_laws, "_is_ahead", lambda measured, last: True)
     starts = Starts((both,), ("cogging",), without_doubtful=fewer)
-    measured = measure_from_starts(None, None, starts, None, lambda line: None)
+    measured = measure_from_starts(None, None, starts, LAST, lambda line: None)
     assert begun == ([both, fewer] if first is None else [both])
     if first is None and again is None:
         assert measured is None
@@ -117,15 +120,29 @@ def test_laws_begin_without_effects_that_may_be_there_where_no_law_helps(
         assert measured.effects == (fewer.effects if is_taken else both.effects)
 
 
-@pytest.mark.parametrize(("factor", "helps"), [(1.0, False), (0.3, True)])
-def test_laws_that_bring_a_twin_no_further_do_not_help(monkeypatch, factor, helps):
-    """Laws beside four doubtful effects gained nothing, and none were begun without the four."""
+@pytest.mark.parametrize(("first", "again"), [(3.0, 0.3), (0.3, None)], ids=["behind", "ahead"])
+def test_a_start_that_was_given_up_is_measured_to_its_end_where_no_start_is_ahead(
+    monkeypatch, first, again
+):
+    """Five effects left less than the first law beside one, and four laws left a tenth of it."""
     off = make_errors(1)
-    measured = SimpleNamespace(named=(make_fit(factor * off), ()))
-    monkeypatch.setattr(best_laws, "measure_laws", lambda *about: measured)
-    start, last = SimpleNamespace(effects=()), SimpleNamespace(fit=make_fit(off))
-    result = best_laws._measure_from(None, None, start, last, lambda line: None)
-    assert result is (measured if helps else None)
+    bare, both = (SimpleNamespace(effects=effects) for effects in ((), ("rail_spring",)))
+    last = SimpleNamespace(fit=replace(make_fit(off), effects=both.effects))
+    limits = []
+
+    def measure(case, split, start, last, report, most=np.inf):
+        limits.append((start, most))
+        factor = 3.0 if start is both else first if most < np.inf else again
+        return SimpleNamespace(
+            named=(make_fit(factor * off), ()), is_at_noise=False, kinds=("law",)
+        )
+
+    monkeypatch.setattr(best_laws, "_measure_from", measure)
+    measured = measure_from_starts(None, None, Starts((bare, both), ()), last, lambda line: None)
+    assert measured.named[0].choose < last.fit.choose
+    most = last.fit.choose
+    tried = [(bare, most), (both, most)]
+    assert limits == (tried if again is None else [*tried, (bare, np.inf)])
 
 
 def test_laws_begin_from_the_same_effects_once(monkeypatch):
@@ -133,5 +150,5 @@ def test_laws_begin_from_the_same_effects_once(monkeypatch):
     begun = []
     monkeypatch.setattr(best_laws, "_measure_from", lambda *about: begun.append(about[2]))
     starts = Starts((bare, both, both), (), without_doubtful=SimpleNamespace(effects=()))
-    assert measure_from_starts(None, None, starts, None, lambda line: None) is None
+    assert measure_from_starts(None, None, starts, LAST, lambda line: None) is None
     assert begun == [bare, both]

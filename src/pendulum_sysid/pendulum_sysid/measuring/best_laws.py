@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from pendulum_sysid import decisions
 from pendulum_sysid.finding.judge import compute_lead
 from pendulum_sysid.fitting.case import Case
@@ -73,39 +75,62 @@ def measure_from_starts(
 ) -> Measured | None:
     """Return the best fit with measured laws of all starts; None where no law helps.
 
+    Where no start gets ahead of the last start's effects, laws begin again from a start that was
+    given up, and without the effects that may be there.
+
     last: the last of the starts; the others are fitted over its horizon.
     """
     best: Measured | None = None
     by_effects = {start.effects: start for start in starts.fits}
+    behind = []
     for start in by_effects.values():
-        measured = _measure_from(case, split, start, last, report)
+        measured = _measure_from(case, split, start, last, report, last.fit.choose)
         if measured is None:
+            continue
+        if not _is_ahead(measured, last):
+            behind.append(start)
             continue
         if best is None or not is_better(best, measured, starts.names, starts.cancelled):
             best = measured
         if best.is_at_noise and len(best.kinds) == 1:
             return best
-    simple = starts.without_doubtful
-    if best is not None or simple is None or simple.effects in by_effects:
+    if best is not None:
         return best
-    return _measure_from(case, split, simple, last, report)
+    again = [start for start in behind if start.effects != last.fit.effects]
+    simple = starts.without_doubtful
+    if simple is not None and simple.effects not in by_effects:
+        again.append(simple)
+    for start in again:
+        measured = _measure_from(case, split, start, last, report)
+        if measured is None or not _is_ahead(measured, last):
+            continue
+        if best is None or not is_better(best, measured, starts.names, starts.cancelled):
+            best = measured
+    return best
 
 
 def _measure_from(
-    case: Case, split: Split, start: Fit, last: LawFit, report: Progress
+    case: Case,
+    split: Split,
+    start: Fit,
+    last: LawFit,
+    report: Progress,
+    most: float = np.inf,
 ) -> Measured | None:
     """Return the fit with measured laws from a start; None where no law helps.
 
-    The laws help where the fit is really ahead of the last of the starts.
+    most: misfit, in units of noise, that the first law may leave for a second law to be measured.
     """
     effects, best = start.effects, last.fit
     alike = effects == best.effects
     begun = last if alike else fit_without_laws(case, split, start, best.pieces)
     stood_for = {BY_NAME[name].law_kind for name in {*best.effects}.difference(effects)}
-    measured = measure_laws(case, split, begun, report, best.choose, frozenset(stood_for))
-    if measured is None or not compute_lead(measured.named[0], best).is_real:
-        return None
-    return measured
+    return measure_laws(case, split, begun, report, most, frozenset(stood_for))
+
+
+def _is_ahead(measured: Measured, last: LawFit) -> bool:
+    """Return whether laws bring the twin further than the effects of the last start did."""
+    return compute_lead(measured.named[0], last.fit).is_real
 
 
 def is_better(
