@@ -9,6 +9,7 @@ from pendulum_sysid import decisions
 from pendulum_sysid.finding.cancellation import list_cancelled
 from pendulum_sysid.finding.environments import Steadiness, measure_steadiness
 from pendulum_sysid.finding.given_twin import is_surely_behind
+from pendulum_sysid.finding.intervals import join_intervals, limit_sizes
 from pendulum_sysid.finding.localisation.inspection import inspect_twin
 from pendulum_sysid.finding.localisation.localise import localise
 from pendulum_sysid.finding.localisation.shape_check import (
@@ -24,7 +25,7 @@ from pendulum_sysid.finding.naming import (
     list_doubted,
     part_sure_names,
 )
-from pendulum_sysid.finding.replication import join_intervals, limit_sizes, widen_intervals
+from pendulum_sysid.finding.replication import widen_intervals
 from pendulum_sysid.finding.stages import Stage
 from pendulum_sysid.finding.whole_windows import measure_whole_windows
 from pendulum_sysid.fitting.noise_floor import is_at_noise, measure_noise_floor

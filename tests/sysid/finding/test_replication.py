@@ -10,14 +10,13 @@ from support.made_recordings import made
 
 from pendulum_sysid import decisions
 from pendulum_sysid.finding import replication
+from pendulum_sysid.finding.intervals import join_intervals, limit_sizes
 from pendulum_sysid.finding.replication import (
     Replication,
     compute_spreads,
     divide_recordings,
     estimate_blocks,
     group_recordings,
-    join_intervals,
-    limit_sizes,
     replicate_effects,
     widen_intervals,
 )

@@ -10,7 +10,7 @@ other shapes (nuisance parameters), whose share the constant may have taken.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -18,6 +18,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from pendulum_sysid import decisions
+from pendulum_sysid.finding.intervals import widen_estimate
 from pendulum_sysid.fitting.block_spread import (
     compute_spreads,
     divide_windows,
@@ -33,7 +34,6 @@ from pendulum_sysid.fitting.instants import widen_by_errors
 from pendulum_sysid.fitting.linearised import System, linearise
 from pendulum_sysid.fitting.parameters import (
     Free,
-    Scales,
     list_effect_parameters,
     list_free_parameters,
     list_rig_parameters,
@@ -238,68 +238,10 @@ def _hold_both(estimate: Estimate, free: Free, other: Range) -> Estimate:
     return widen_estimate(estimate, free, below, above)
 
 
-def join_intervals(fit: Fit, other: Fit, names: Collection[str]) -> Fit:
-    """Return a fit whose intervals of these parameters hold those of another fit, too.
-
-    fit, other: of the same recordings.
-    names: of parameters; those that the other fit lacks stay as they are.
-    """
-    joined = {
-        name: replace(
-            fit.estimates[name],
-            low=min(fit.estimates[name].low, other.estimates[name].low),
-            high=max(fit.estimates[name].high, other.estimates[name].high),
-        )
-        for name in names
-        if name in fit.estimates and name in other.estimates
-    }
-    return replace(fit, estimates={**fit.estimates, **joined})
-
-
-def limit_sizes(fit: Fit, own: Fit, names: Collection[str], scales: Scales) -> Fit:
-    """Return a fit whose intervals hold no size of a steady effect that no environment shows.
-
-    An environment shows an effect's size within STEADY_SHARE of it. All sizes of an effect count
-    together, each in its typical size. The intervals reach no further, unless the fit's own do.
-
-    own: the same fit, before its intervals were joined.
-    names: of the steady effects.
-    scales: of the recording.
-    """
-    limited = {}
-    for name in names:
-        sizes = [
-            free
-            for free, p in zip(
-                list_effect_parameters(BY_NAME[name], scales),
-                BY_NAME[name].parameters,
-                strict=True,
-            )
-            if not p.shape
-        ]
-        whole = np.linalg.norm([free.get(fit.theta) / free.size for free in sizes])
-        for free in sizes:
-            mine, joined = own.estimates[free.name], fit.estimates[free.name]
-            half = (1.0 - decisions.STEADY_SHARE) * float(whole) * free.size
-            limited[free.name] = replace(
-                joined,
-                low=max(joined.low, min(mine.low, mine.value - half)),
-                high=min(joined.high, max(mine.high, mine.value + half)),
-            )
-    return replace(fit, estimates={**fit.estimates, **limited})
-
-
 def _widen(estimate: Estimate, free: Free, spread: float) -> Estimate:
     more = decisions.INTERVAL_DEVIATIONS * spread
     below, above = estimate.value - estimate.low, estimate.high - estimate.value
     return widen_estimate(estimate, free, np.hypot(below, more), np.hypot(above, more))
-
-
-def widen_estimate(estimate: Estimate, free: Free, below: float, above: float) -> Estimate:
-    """Return an estimate with an interval that reaches so far below and above its value."""
-    low, high = max(estimate.value - below, free.low), min(estimate.value + above, free.high)
-    fixed = estimate.identifiable and max(below, above) < max(abs(estimate.value), free.size)
-    return replace(estimate, low=float(low), high=float(high), identifiable=bool(fixed))
 
 
 def _linearise(case: Case, split: Split, fit: Fit, free: tuple[Free, ...]) -> System:

@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
+from pendulum_sysid.finding.intervals import widen_estimate
 from pendulum_sysid.finding.journal import Search
 from pendulum_sysid.finding.judge import is_outdone
 from pendulum_sysid.finding.naming import Named
-from pendulum_sysid.finding.replication import widen_estimate
 from pendulum_sysid.finding.separation import Tie
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.parameters import list_free_parameters

@@ -19,8 +19,9 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from pendulum_sysid import decisions
+from pendulum_sysid.finding.intervals import join_intervals, widen_estimate
 from pendulum_sysid.finding.propose import list_probes
-from pendulum_sysid.finding.replication import join_intervals, widen_estimate, widen_intervals
+from pendulum_sysid.finding.replication import widen_intervals
 from pendulum_sysid.finding.whole_windows import measure_whole_windows
 from pendulum_sysid.fitting.case import Case
 from pendulum_sysid.fitting.fit import fit_over_horizon
