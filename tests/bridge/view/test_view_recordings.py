@@ -2,7 +2,7 @@
 
 import asyncio
 import os
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Collection, Coroutine
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -113,18 +113,20 @@ DEAF = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)\n" + DIAGNOS
 
 @pytest.mark.parametrize("diagnose", [DIAGNOSE, DEAF], ids=["usual", "deaf"])
 def test_a_diagnosis_is_given_up_and_the_next_goes_on(tmp_path: Path, diagnose: str) -> None:
+    others = list_children()
+
     async def play(desk: Desk) -> None:
         first = await record(desk)
         await desk.until(lambda: desk.newest.share == 0.4)
         second = await record(desk)
         await desk.reach(Stage.WAITING)
-        before = set(list_children())
+        before = list_children(others)
         assert before
         desk.recordings.give_up(first)
         with pytest.raises(BadInputError, match=f"being diagnosed, found {first}"):
             desk.recordings.give_up(first)  # it ends already
         await desk.reach(Stage.DIAGNOSING)  # its turn has come
-        assert not before & set(list_children())
+        assert not before & list_children()
         given_up = desk.told[-1][1]
         assert (given_up.name, given_up.stage, given_up.files) == (first, Stage.GIVEN_UP, ())
         kept = tmp_path / first / "recording"
@@ -203,7 +205,8 @@ def test_without_a_diagnosis_the_recording_is_kept_and_old_rows_go(tmp_path: Pat
 
 @pytest.mark.parametrize("stage", [Stage.RECORDING, Stage.DIAGNOSING])
 def test_programs_end_with_the_page(tmp_path: Path, stage: Stage) -> None:
-    children: list[int] = []
+    children: set[int] = set()
+    others = list_children()
 
     async def play(desk: Desk) -> None:
         desk.recordings.begin()
@@ -211,16 +214,21 @@ def test_programs_end_with_the_page(tmp_path: Path, stage: Stage) -> None:
         if stage is Stage.DIAGNOSING:
             desk.recordings.end()
             await desk.until(lambda: desk.newest.share > 0.0)
-        children.extend(list_children())
+        children.update(list_children(others))
 
     run_desk(tmp_path, make_fake_programs(), play)
-    assert children and not set(children) & set(list_children())
+    assert children and not children & list_children()
     assert (next(tmp_path.iterdir()) / "recording/bag").read_text() == "whole"
 
 
-def list_children() -> list[int]:
+def list_children(but: Collection[int] = ()) -> set[int]:
+    """Return the process numbers of this process's children, but for these.
+
+    Other tests in this process may have left some, as the tracker of multiprocessing's resources.
+    """
     folders = Path(f"/proc/{os.getpid()}/task").iterdir()
-    return [int(n) for folder in folders for n in (folder / "children").read_text().split()]
+    children = {int(n) for folder in folders for n in (folder / "children").read_text().split()}
+    return children.difference(but)
 
 
 # It ends by SIGKILL only: its sleep is longer than any deadline here.
