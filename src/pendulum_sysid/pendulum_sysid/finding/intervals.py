@@ -32,13 +32,13 @@ def join_intervals(fit: Fit, other: Fit, names: Collection[str]) -> Fit:
 
 
 def limit_sizes(fit: Fit, own: Fit, names: Collection[str], scales: Scales) -> Fit:
-    """Return a fit whose intervals hold no size of a steady effect that no environment shows.
+    """Return a fit whose intervals of a steady effect's sizes are no wider than its steadiness.
 
-    An environment shows an effect's size within STEADY_SHARE of it. All sizes of an effect count
+    Every environment shows the effect within STEADY_SHARE of its size, all sizes of the effect
     together, each in its typical size. The intervals reach no further, unless the fit's own do.
 
     own: the same fit, before its intervals were joined.
-    names: of the steady effects.
+    names: of the steady effects; an effect without a size stays as it is.
     scales: of the recording.
     """
     limited = {}
